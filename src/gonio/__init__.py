@@ -1,0 +1,66 @@
+"""From goniometer readings to a BRDF, the analytic model that explains it, and how sure that is.
+
+Angles are in degrees in files, on the command line and in Datasets; a `Geometry` holds unit vectors.
+Public names are loaded on first use, so that `import gonio` costs next to nothing.
+"""
+
+import importlib
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+_HOMES = {
+    "Anneal": "gonio.fit.anneal",
+    "Geometry": "gonio.geometry",
+    "Model": "gonio.model",
+    "Parameter": "gonio.model",
+    "Problem": "gonio.fit.problem",
+    "Projection": "gonio.fit.projection",
+    "Solution": "gonio.fit.solution",
+    "catalogue": "gonio.models",
+    "check": "gonio.measured.check",
+    "published": "gonio.models.publications",
+    "read": "gonio.measured.formats",
+    "simulate": "gonio.measured.simulation",
+    "write": "gonio.measured.formats",
+}
+
+__all__ = [
+    "Anneal",
+    "Geometry",
+    "Model",
+    "Parameter",
+    "Problem",
+    "Projection",
+    "Solution",
+    "catalogue",
+    "check",
+    "published",
+    "read",
+    "simulate",
+    "write",
+]
+
+if TYPE_CHECKING:
+    from gonio.fit.anneal import Anneal
+    from gonio.fit.problem import Problem
+    from gonio.fit.projection import Projection
+    from gonio.fit.solution import Solution
+    from gonio.geometry import Geometry
+    from gonio.measured.check import check
+    from gonio.measured.formats import read, write
+    from gonio.measured.simulation import simulate
+    from gonio.model import Model, Parameter
+    from gonio.models import catalogue
+    from gonio.models.publications import published
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version("gonio")
+    if name not in _HOMES:
+        raise AttributeError(f"gonio has no public name {name!r}; it has {', '.join(__all__)}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

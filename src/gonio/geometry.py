@@ -1,0 +1,112 @@
+"""Where the light comes from and where it goes: the conventions, stated once.
+
+w_i points from the surface to the source and w_r to the detector, z is the surface normal, x the surface's own axis.
+phi = phi_r - phi_i, so phi = 180 deg is the forward (specular) half-plane and phi = 0 the backscatter half-plane.
+In-plane goniometer files use a signed theta_r, positive forward.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from gonio.arrays import Array, align, namespace
+from gonio.units import to_degrees, to_radians
+
+GRAZING = 1e-6  # cosines are kept above this where a model divides by them (formulas 0)
+
+
+class Geometry(NamedTuple):
+    """Pairs of unit vectors w_i = (x_i, y_i, z_i) and w_r = (x_r, y_r, z_r) that broadcast against each other.
+
+    A plain tuple of arrays, hence a JAX pytree without registration. Everything else is derived from cosines
+    and the half vector, so that nothing is singular at the normal or at the mirror direction.
+    """
+
+    x_i: Array
+    y_i: Array
+    z_i: Array
+    x_r: Array
+    y_r: Array
+    z_r: Array
+
+    @classmethod
+    def from_degrees(
+        cls, theta_i: Array, theta_r: Array, phi: Array = 180.0, phi_i: Array = 0.0
+    ) -> "Geometry":
+        """From incidence, reflection and relative azimuth angles [deg]; `phi_i` [deg] from the surface's x axis."""
+        xp, angles = align(theta_i, theta_r, phi, phi_i)
+        t_i, t_r, azimuth, azimuth_i = (to_radians(a) for a in angles)
+        sin_i, sin_r = xp.sin(t_i), xp.sin(t_r)
+        azimuth_r = azimuth_i + azimuth
+        return cls(
+            sin_i * xp.cos(azimuth_i),
+            sin_i * xp.sin(azimuth_i),
+            xp.cos(t_i),
+            sin_r * xp.cos(azimuth_r),
+            sin_r * xp.sin(azimuth_r),
+            xp.cos(t_r),
+        )
+
+    @classmethod
+    def in_plane(cls, theta_i: Array, theta_r: Array) -> "Geometry":
+        """From a signed theta_r [deg], positive on the forward (specular) side."""
+        _, (t_i, t_r) = align(theta_i, theta_r)
+        return cls.from_degrees(t_i, -t_r, 0.0)
+
+    @property
+    def above(self) -> Array:
+        """Whether both directions are above the horizon; elsewhere the BRDF is 0."""
+        return (self.z_i > 0) & (self.z_r > 0)
+
+    @property
+    def cos_i(self) -> Array:
+        return _above_zero(self.z_i, GRAZING)
+
+    @property
+    def cos_r(self) -> Array:
+        return _above_zero(self.z_r, GRAZING)
+
+    @property
+    def theta_i_deg(self) -> Array:
+        return to_degrees(_polar_angle(self.x_i, self.y_i, self.z_i))
+
+    @property
+    def theta_r_deg(self) -> Array:
+        return to_degrees(_polar_angle(self.x_r, self.y_r, self.z_r))
+
+    @property
+    def cos_beta(self) -> Array:
+        """Cosine of the angle of incidence on the facet, half the angle between the two directions."""
+        return _root(self._sum_squared) / 2
+
+    @property
+    def cos_alpha(self) -> Array:
+        """Cosine of the facet's tilt."""
+        return (self.z_i + self.z_r) / _root(self._sum_squared)
+
+    @property
+    def tan_alpha_squared(self) -> Array:
+        """Squared slope of the facet: (h_x^2 + h_y^2)/h_z^2, which keeps its digits near the mirror direction."""
+        x, y = self.x_i + self.x_r, self.y_i + self.y_r
+        return (x * x + y * y) / _above_zero(self.z_i + self.z_r, 2 * GRAZING) ** 2
+
+    @property
+    def _sum_squared(self) -> Array:
+        x, y, z = self.x_i + self.x_r, self.y_i + self.y_r, self.z_i + self.z_r
+        return _above_zero(x * x + y * y + z * z, GRAZING**2)
+
+
+def _above_zero(value: Array, least: float) -> Array:
+    return namespace(value).clip(value, least, math.inf)
+
+
+def _root(value: Array) -> Array:
+    return namespace(value).sqrt(value)
+
+
+def _polar_angle(x: Array, y: Array, z: Array) -> Array:
+    """Angle from the normal [rad]: atan2 keeps every digit where arccos loses half; the gradient is 0 at the pole."""
+    xp: Any = namespace(x + z)
+    squared = x * x + y * y
+    at_pole = squared == 0
+    radius = xp.where(at_pole, xp.zeros_like(squared), xp.sqrt(xp.where(at_pole, xp.ones_like(squared), squared)))
+    return xp.atan2(radius, z)

@@ -1,0 +1,1 @@
+"""What instruments give: one xarray Dataset, checked, masked, read and written."""

@@ -1,0 +1,137 @@
+"""What is wrong with a scan, and how to mend it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import xarray as xr
+
+from gonio.measured.dataset import ABSOLUTE, ANGLES, RELATIVE, SETS, flatten, in_use
+from gonio.units import label
+
+
+class Severity(StrEnum):
+    """How much a finding matters: an error stops every fit, a warning changes what a fit means, a note informs."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong: what, where (the lines of the file or the directions), and the remedy."""
+
+    severity: Severity
+    what: str
+    remedy: str
+    where: str = ""
+
+    def __str__(self) -> str:
+        place = f" ({self.where})" if self.where else ""
+        return f"{self.severity}: {self.what}{place}: {self.remedy}"
+
+
+def check(scan: xr.Dataset) -> list[Finding]:
+    """Everything that is wrong with a scan, the worst first; an empty list where nothing is."""
+    if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
+        what = f"no {', '.join(missing)} in the Dataset"
+        return [Finding(Severity.ERROR, what, "a scan needs brdf and the coordinates theta_i, theta_r and phi")]
+    flat = flatten(scan)
+    found = [*_units(flat), *_angles(flat), *_values(flat), *_duplicates(flat), *_coverage(flat)]
+    order = list(Severity)
+    return sorted(found, key=lambda finding: order.index(finding.severity))
+
+
+def _units(scan: xr.Dataset) -> list[Finding]:
+    found = []
+    for name in ANGLES:
+        if scan[name].attrs.get("units") != "degree":
+            units = scan[name].attrs.get("units")
+            found.append(Finding(Severity.ERROR, f"{name} is in {units!r}", "give degrees and units='degree'"))
+    brdf_unit = scan["brdf"].attrs.get("units")
+    if brdf_unit not in (ABSOLUTE, RELATIVE):
+        remedy = "set units to 'sr-1', or 'a.u.' for relative data"
+        found.append(Finding(Severity.ERROR, f"brdf is in {brdf_unit!r}", remedy))
+    return found
+
+
+def _angles(scan: xr.Dataset) -> list[Finding]:
+    found = []
+    for name in ("theta_i", "theta_r"):
+        values = scan[name].values
+        outside = ~((values >= 0) & (values <= 90))
+        if outside.any():
+            what = f"{name} outside the hemisphere, 0 to 90 deg, at {_count(outside)}"
+            found.append(Finding(Severity.ERROR, what, "mend or delete these rows", _lines(scan, outside)))
+    return found
+
+
+def _values(scan: xr.Dataset) -> list[Finding]:
+    values, used = scan["brdf"].values, in_use(scan)
+    found = []
+    if not used.any():
+        return [Finding(Severity.ERROR, "no value is in use", "every value is masked or missing: loosen the masks")]
+    if not values[used].any():
+        found.append(Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong"))
+    infinite = np.isinf(values)
+    if infinite.any():
+        found.append(
+            Finding(Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", _lines(scan, infinite))
+        )
+    negative = used & (values < 0)
+    if negative.any():
+        what = f"brdf is negative at {_count(negative)}"
+        remedy = "noise about zero may stay; relative and log weighting need it masked with a floor"
+        found.append(Finding(Severity.WARNING, what, remedy, _lines(scan, negative)))
+    gaps = int(np.isnan(values).sum())
+    if gaps:
+        found.append(Finding(Severity.NOTE, f"{gaps} values are missing (NaN)", "they take no part in fits"))
+    masked = int((~used).sum()) - gaps
+    if masked > 0:
+        found.append(Finding(Severity.NOTE, f"{masked} values are masked", "they stay in the file and take no part in fits"))
+    if "uncertainty" in scan:
+        unknown = used & ~(scan["uncertainty"].values > 0)
+        if unknown.any():
+            what = f"no uncertainty is stated at {_count(unknown)}"
+            remedy = "weighting by uncertainty needs one for every value"
+            found.append(Finding(Severity.NOTE, what, remedy, _lines(scan, unknown)))
+    return found
+
+
+def _duplicates(scan: xr.Dataset) -> list[Finding]:
+    columns = [np.unique(scan[n].values, return_inverse=True)[1] for n in (*ANGLES, *SETS) if n in scan.coords]
+    rows = np.column_stack(columns)
+    _, first, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    repeated = counts[first.ravel()] > 1
+    if not repeated.any():
+        return []
+    what = f"{_count(repeated)} share their geometry with another"
+    remedy = "repeats count once each in a fit; average them or delete what is stale"
+    return [Finding(Severity.WARNING, what, remedy, _lines(scan, repeated))]
+
+
+def _coverage(scan: xr.Dataset) -> list[Finding]:
+    incidences = np.unique(scan["theta_i"].values[in_use(scan)])
+    if len(incidences) != 1:
+        return []
+    what = f"one incidence angle only, {incidences[0]:g} deg"
+    remedy = "a fit says nothing about other incidence angles; measure at two or more"
+    return [Finding(Severity.WARNING, what, remedy)]
+
+
+def _count(where: np.ndarray) -> str:
+    total = int(where.sum())
+    return f"{total} value{'s' if total != 1 else ''}"
+
+
+def _lines(scan: xr.Dataset, where: np.ndarray, most: int = 5) -> str:
+    """The places: line numbers of the file where the reader kept them, else the directions themselves."""
+    rows = np.flatnonzero(where)
+    rest = f" and {len(rows) - most} more" if len(rows) > most else ""
+    if "line" in scan.variables:
+        lines = scan["line"].values[rows[:most]]
+        return f"line{'s' if len(rows) > 1 else ''} {', '.join(str(int(n)) for n in lines)}{rest}"
+    degree = label("degree")
+    angles = [[f"{scan[a].values[row]:g}" for a in ANGLES] for row in rows[:most]]
+    return "; ".join(f"theta_i {i}, theta_r {r}, phi {p} {degree}" for i, r, p in angles) + rest

@@ -1,0 +1,152 @@
+"""The one kind of thing that travels: an xarray Dataset of a BRDF over directions.
+
+Variables: `brdf` [sr-1, or a.u. for relative data]; optional `uncertainty` (standard, k = 1) and
+`uncertainty_systematic` in the same unit; optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90) and
+`phi` [degree], and `wavelength` [nm], `channel` or `scan` where there are several. Dimensions are either dense or one flat
+`direction`. `history` has one line a step and `provenance` the header lines of the file it came from.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.geometry import Geometry
+from gonio.units import CF_STRINGS
+
+ANGLES = ("theta_i", "theta_r", "phi")
+SPECTRAL = ("wavelength", "channel")
+SETS = ("scan", *SPECTRAL)  # coordinates that tell one set of directions from the next
+MASK_MEANINGS = ("in_use", "blocked", "below_floor", "excluded")
+ABSOLUTE, RELATIVE = CF_STRINGS["brdf"], CF_STRINGS["relative"]
+
+Values = npt.ArrayLike
+
+
+def make_scan(
+    theta_i: Values,
+    theta_r: Values,
+    brdf: Values,
+    phi: Values | None = None,
+    *,
+    uncertainty: Values | None = None,
+    unit: str = ABSOLUTE,
+    coordinates: Mapping[str, Values] | None = None,
+    variables: Mapping[str, tuple[Values, str]] | None = None,
+    provenance: str = "",
+    history: str = "",
+) -> xr.Dataset:
+    """A flat Dataset from columns of equal length; angles in degrees.
+
+    Without `phi`, theta_r is signed and in plane: positive is the forward side, phi = 180 deg.
+    `coordinates` holds wavelength [nm], channel or scan; `variables` anything else as (values, unit).
+    """
+    theta_r = np.asarray(theta_r, dtype=float)
+    if phi is None:
+        phi = np.where(theta_r >= 0, 180.0, 0.0)
+        theta_r = np.abs(theta_r)
+    data: dict[str, tuple[Values, str]] = {"brdf": (brdf, unit)}
+    if uncertainty is not None:
+        data["uncertainty"] = (uncertainty, unit)
+    data |= variables or {}
+    angles = {"theta_i": theta_i, "theta_r": theta_r, "phi": phi}
+    scan = xr.Dataset(
+        {name: ("direction", np.asarray(v), {"units": u}) for name, (v, u) in data.items()},
+        coords={name: ("direction", np.asarray(v, dtype=float), {"units": "degree"}) for name, v in angles.items()}
+        | {name: ("direction", np.asarray(v)) for name, v in (coordinates or {}).items()},
+        attrs={"Conventions": "CF-1.11", "history": history, "provenance": provenance},
+    )
+    if "wavelength" in scan.coords:
+        scan["wavelength"].attrs["units"] = "nm"
+    return scan
+
+
+def add_history(scan: xr.Dataset, line: str) -> xr.Dataset:
+    """A copy with one more line of history."""
+    past = scan.attrs.get("history", "")
+    return scan.assign_attrs(history=f"{past}\n{line}" if past else line)
+
+
+def unit(scan: xr.Dataset) -> str:
+    """`sr-1` or, for relative data, `a.u.`; ValueError where the Dataset does not say."""
+    found = scan["brdf"].attrs.get("units")
+    if found not in (ABSOLUTE, RELATIVE):
+        raise ValueError(f"the BRDF's unit is {found!r}: set brdf.attrs['units'] to 'sr-1', or 'a.u.' for relative data")
+    return str(found)
+
+
+def flatten(scan: xr.Dataset) -> xr.Dataset:
+    """Every value on one `direction` dimension, whatever the dimensions were."""
+    if scan["brdf"].dims == ("direction",):
+        return scan
+    wide = scan["brdf"].dims
+    names = [n for n in (*scan.data_vars, *ANGLES, *SETS) if n in scan.variables]
+    full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide) for n in names}
+    columns = {n: ("direction", v.values.ravel(), scan[n].attrs) for n, v in full.items()}
+    coords = {n: columns.pop(n) for n in list(columns) if n in (*ANGLES, *SETS)}
+    return xr.Dataset(columns, coords=coords, attrs=scan.attrs)
+
+
+def in_use(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
+    """Which values of a flat scan take part: not masked, and finite."""
+    good = np.isfinite(scan["brdf"].values)
+    return good & (scan["mask"].values == 0) if "mask" in scan else good
+
+
+def points(scan: xr.Dataset) -> xr.Dataset:
+    """The flat scan without its masked and missing values."""
+    flat = flatten(scan)
+    return flat.isel(direction=np.flatnonzero(in_use(flat)))
+
+
+def geometry(scan: xr.Dataset) -> Geometry:
+    """Directions of a flat scan as unit vectors."""
+    return Geometry.from_degrees(*(scan[angle].values.astype(float) for angle in ANGLES))
+
+
+def is_in_plane(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
+    """Which directions of a flat scan lie in the plane of incidence."""
+    azimuth = scan["phi"].values % 180.0
+    return np.isclose(azimuth, 0.0) | np.isclose(azimuth, 180.0) | np.isclose(scan["theta_r"].values, 0.0)
+
+
+def signed_theta_r(scan: xr.Dataset) -> npt.NDArray[np.float64]:
+    """theta_r [deg] of in-plane directions, positive on the forward side."""
+    forward = np.cos(np.radians(scan["phi"].values)) < 0
+    return np.where(forward, scan["theta_r"].values, -scan["theta_r"].values) + 0.0
+
+
+def sets(scan: xr.Dataset) -> tuple[str, ...]:
+    """The coordinates along which a flat scan holds more than one set."""
+    return tuple(name for name in SETS if name in scan.coords and len(np.unique(scan[name].values)) > 1)
+
+
+def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
+    """The rows of a flat scan where every coordinate named has the value given; ValueError when none is left."""
+    flat = flatten(scan)
+    for name, wanted in choice.items():
+        if name not in flat.coords:
+            raise ValueError(f"there is no coordinate {name!r} to select; there are {', '.join(map(str, flat.coords))}")
+        values = flat[name].values
+        if values.dtype.kind in "if":
+            keep = np.isclose(values.astype(float), float(wanted))
+        else:
+            keep = values == str(wanted)
+        if not keep.any():
+            raise ValueError(f"no {name} is {wanted}; there are {', '.join(f'{v}' for v in np.unique(values))}")
+        flat = flat.isel(direction=np.flatnonzero(keep))
+    return add_history(flat, "selected " + ", ".join(f"{k}={v}" for k, v in choice.items())) if choice else flat
+
+
+def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Several scans as one, told apart by a `scan` coordinate: for fits that share parameters."""
+    units = {unit(scan) for scan in scans.values()}
+    if len(units) > 1:
+        raise ValueError(f"scans in {' and '.join(sorted(units))} cannot be joined: calibrate the relative ones first")
+    flats: Sequence[xr.Dataset] = [
+        flatten(s).assign_coords(scan=("direction", np.full(flatten(s).sizes["direction"], name)))
+        for name, s in scans.items()
+    ]
+    return xr.concat(flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts")

@@ -1,0 +1,42 @@
+"""Values that must not be fitted: masked with a reason, and kept."""
+
+import numpy as np
+import xarray as xr
+
+from gonio.measured.dataset import MASK_MEANINGS, add_history, flatten, is_in_plane, signed_theta_r
+
+
+def mask(
+    scan: xr.Dataset, *, blocked: float = 0.0, floor: float | None = None, exclude: "xr.DataArray | None" = None
+) -> xr.Dataset:
+    """Mark values that take no part in fits and comparisons; nothing is deleted.
+
+    `blocked` [deg]: in-plane directions nearer than this to the incident beam, |theta_r + theta_i| < blocked on the
+    backscatter side, where the detector's arm stands in the beam. `floor` [unit of the BRDF]: values below it are the
+    noise of the instrument. `exclude`: a boolean array over the flat directions, for what only the user knows.
+    """
+    flat = flatten(scan)
+    flags = flat["mask"].values.copy() if "mask" in flat else np.zeros(flat.sizes["direction"], dtype=np.int8)
+    reasons = []
+    if blocked > 0:
+        near = is_in_plane(flat) & (np.abs(signed_theta_r(flat) + flat["theta_i"].values) < blocked)
+        reasons.append(_mark(flags, near, 1, f"within {blocked:g} deg of the incident beam"))
+    if floor is not None:
+        reasons.append(_mark(flags, flat["brdf"].values < floor, 2, f"below the noise floor {floor:g}"))
+    if exclude is not None:
+        reasons.append(_mark(flags, np.asarray(exclude), 3, "excluded by the user"))
+    described = {
+        "flag_values": np.arange(len(MASK_MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(MASK_MEANINGS),
+        "units": "1",
+    }
+    flat = flat.assign(mask=("direction", flags, described))
+    for reason in reasons:
+        flat = add_history(flat, reason)
+    return flat
+
+
+def _mark(flags: np.ndarray, where: np.ndarray, flag: int, reason: str) -> str:
+    new = where & (flags == 0)
+    flags[new] = flag
+    return f"masked {int(new.sum())} values {reason}"

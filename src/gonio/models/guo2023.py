@@ -1,0 +1,49 @@
+"""Three components with a Cauchy-Lorentz directional-diffuse lobe (guo2023), and its reciprocal form."""
+
+import math
+from typing import Annotated
+
+from gonio.arrays import Array
+from gonio.geometry import Geometry
+from gonio.model import Model, Parameter, PerDegree, PerSteradian
+from gonio.optics.diffuse import lambertian, uniform
+from gonio.optics.facets import gaussian_facets
+from gonio.optics.lorentz import hemispherical_integral
+
+HalfWidth = Annotated[
+    float, Parameter(45.0, 1.0, 720.0, "half width at half maximum of the directional-diffuse lobe", "deg")
+]
+
+
+def lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerDegree:
+    """Multiple reflections: a Cauchy-Lorentz lobe about the surface normal, angles in degrees (eq 7)."""
+    return gamma / (math.pi * (g.theta_r_deg**2 + gamma**2))
+
+
+def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
+    """The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5)."""
+    product = _lorentz(g.theta_i_deg, gamma) * _lorentz(g.theta_r_deg, gamma)
+    return product / hemispherical_integral(gamma)
+
+
+def _lorentz(theta: Array, gamma: Array) -> Array:
+    return 1 / (1 + (theta / gamma) ** 2)
+
+
+cauchy_lorentz = Model(
+    name="cauchy-lorentz",
+    title="Three components, Cauchy-Lorentz directional-diffuse lobe",
+    cite="guo2023",
+    terms={"ks": gaussian_facets, "kdd": lorentz_lobe, "kid": uniform},
+    violates={
+        "reciprocity": "the directional-diffuse lobe depends on theta_r alone",
+        "energy": "the lobe is not normalised, so no weight is a reflectance and nothing bounds their sum",
+    },
+)
+
+cauchy_lorentz_reciprocal = Model(
+    name="cauchy-lorentz-reciprocal",
+    title="Cauchy-Lorentz, reciprocal and normalised: every weight is a reflectance",
+    cite="guo2023",
+    terms={"rho_s": gaussian_facets, "rho_dd": reciprocal_lorentz_lobe, "rho_id": lambertian},
+)

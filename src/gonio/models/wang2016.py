@@ -1,0 +1,32 @@
+"""Three components for metals: a Gaussian directional-diffuse lobe about the normal."""
+
+import math
+from typing import Annotated
+
+from gonio.arrays import namespace
+from gonio.geometry import Geometry
+from gonio.model import Model, Parameter, PerDegree
+from gonio.optics.diffuse import uniform
+from gonio.optics.facets import gaussian_facets
+
+LobeWidth = Annotated[
+    float, Parameter(32.0, 1.0, 720.0, "standard deviation of the directional-diffuse lobe", "deg")
+]
+
+
+def gaussian_lobe(g: Geometry, sigma_m: LobeWidth) -> PerDegree:
+    """Multiple reflections: a Gaussian of theta_r in degrees (guo2023, eq 5)."""
+    theta_r = g.theta_r_deg
+    return namespace(theta_r).exp(-(theta_r**2) / (2 * sigma_m**2)) / (math.sqrt(2 * math.pi) * sigma_m)
+
+
+wang_2016 = Model(
+    name="wang-2016",
+    title="Three components, Gaussian directional-diffuse lobe",
+    cite="wang2016",
+    terms={"ks": gaussian_facets, "kdd": gaussian_lobe, "kid": uniform},
+    violates={
+        "reciprocity": "the directional-diffuse lobe depends on theta_r alone",
+        "energy": "the lobe is not normalised, so no weight is a reflectance and nothing bounds their sum",
+    },
+)

@@ -1,0 +1,1 @@
+"""Parts that two or more models share: plain functions in the array library that their arguments came with."""

@@ -1,0 +1,22 @@
+"""Diffuse terms that models share."""
+
+import math
+
+from gonio.arrays import Array, namespace
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, PerSteradian
+
+
+def _ones(g: Geometry) -> Array:
+    both = g.z_i + g.z_r
+    return namespace(both).ones_like(both)
+
+
+def uniform(g: Geometry) -> Dimensionless:
+    """Ideal diffuse reflection as guo2023 writes it: f_id = 1, not 1/pi (eq 8)."""
+    return _ones(g)
+
+
+def lambertian(g: Geometry) -> PerSteradian:
+    """Ideal diffuse reflection of unit reflectance (lambert1760)."""
+    return _ones(g) / math.pi

@@ -1,0 +1,28 @@
+"""The hemispherical integral of a Cauchy-Lorentz lobe about the normal (formulas 5)."""
+
+import math
+
+import numpy as np
+
+from gonio.arrays import Array, align
+from gonio.units import to_radians
+
+_NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+
+def hemispherical_integral(gamma: Array) -> Array:
+    """H(gamma) = pi * int_0^{pi/2} sin(2 t)/(1 + (t/gamma)^2) dt [sr], gamma the half width in degrees.
+
+    The closed form, Im of sine and cosine integrals at complex arguments times cosh(2 gamma), loses ten digits to
+    cancellation at gamma = 720 deg and exists in no array library but SciPy. After t = gamma sinh(s) the integrand is
+    smooth for every gamma and 64 Gauss-Legendre nodes reach 1e-13 from 1 to 720 deg; the tests hold it to the closed
+    form wherever that one has digits left.
+    """
+    xp, (width,) = align(gamma)
+    width = to_radians(width)[..., None]
+    end = xp.asinh((math.pi / 2) / width)
+    half = end / 2
+    nodes = xp.asarray(_NODES, dtype=width.dtype)
+    s = half * (nodes + 1)
+    weights = xp.asarray(_NODE_WEIGHTS, dtype=width.dtype) * half
+    return math.pi * xp.sum(weights * width * xp.sin(2 * width * xp.sinh(s)) / xp.cosh(s), axis=-1)

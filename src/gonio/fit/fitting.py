@@ -1,0 +1,92 @@
+"""Fitting: a problem and a solver in, a Solution out."""
+
+import time
+from importlib.metadata import version
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.fit.covariance import covariance
+from gonio.fit.problem import Problem
+from gonio.fit.projection import Projection
+from gonio.fit.solution import Optimum, Solution, Status
+from gonio.fit.solver import Progress, Solver, silent
+
+Values = npt.NDArray[np.float64]
+
+
+def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
+    """Search the values of least E (guo2023, eq 11) and say how sure they are.
+
+    A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
+    """
+    solver = solver or Projection()
+    started = time.perf_counter()
+    optimum = solver.search(problem, progress)
+    spread = covariance(problem, optimum.vector)
+    seconds = time.perf_counter() - started
+    return _solution(problem, solver, optimum, spread, seconds)
+
+
+def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values, seconds: float) -> Solution:
+    entries = [(entry, label) for entry in problem.entries for label in entry.labels]
+    names = [name for entry in problem.entries for name in entry.names]
+    free = np.array([entry.held is None for entry, _ in entries])
+    value = np.array([np.nan if entry.held is None else entry.held for entry, _ in entries])
+    value[free] = optimum.vector
+    full = np.full((len(names), len(names)), np.nan)
+    full[np.ix_(free, free)] = spread
+    at_bound = np.zeros(len(names), dtype=bool)
+    at_bound[free] = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
+    status = _status(problem, optimum, spread, at_bound)
+    text = {
+        "name": [entry.name for entry, _ in entries],
+        "by": [",".join(entry.by) for entry, _ in entries],
+        "group": [label for _, label in entries],
+        "unit": [entry.unit for entry, _ in entries],
+    }
+    history = optimum.history if optimum.history.ndim == 2 else optimum.history[:, None]
+    return Solution(
+        xr.Dataset(
+            {
+                "value": ("parameter", value),
+                "uncertainty": ("parameter", np.sqrt(np.diag(full))),
+                "at_bound": ("parameter", at_bound),
+                "held": ("parameter", ~free),
+                "covariance": (("parameter", "parameter_b"), full),
+                "history": (("step", "chain"), history),
+            },
+            coords={"parameter": names} | {key: ("parameter", column) for key, column in text.items()},
+            attrs={
+                "model": problem.model.name,
+                "cite": problem.model.cite,
+                "solver": solver.name,
+                "settings": repr(solver),
+                "status": status.value,
+                "cost": optimum.cost,
+                "seconds": seconds,
+                "evaluations": optimum.evaluations,
+                "weighting": problem.weighting,
+                "points": len(problem.measured),
+                "data_history": problem.data.attrs.get("history", ""),
+                "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
+            },
+        )
+    )
+
+
+def _at_bound(vector: Values, bound: Values) -> npt.NDArray[np.bool_]:
+    """At a bound to within rounding of the search's own coordinates."""
+    near: npt.NDArray[np.bool_] = np.isfinite(bound) & (np.abs(vector - bound) <= 1e-9 * np.maximum(np.abs(bound), 1e-300))
+    return near
+
+
+def _status(problem: Problem, optimum: Optimum, spread: Values, at_bound: npt.NDArray[np.bool_]) -> Status:
+    if len(problem.measured) <= len(optimum.vector):
+        return Status.TOO_FEW_POINTS
+    if optimum.exhausted:
+        return Status.STEPS_EXHAUSTED
+    if not np.isfinite(np.diag(spread)).all():
+        return Status.NOT_DETERMINED
+    return Status.AT_BOUND if at_bound.any() else Status.CONVERGED

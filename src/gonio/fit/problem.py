@@ -1,0 +1,270 @@
+"""A model and a scan become two functions of numbers alone, `design` and `residual`; a solver sees nothing else."""
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.fit.weighting import WEIGHTINGS
+from gonio.geometry import Geometry
+from gonio.measured import dataset
+from gonio.model import Model, relative_span
+from gonio.units import weight_unit
+
+Values = npt.NDArray[np.float64]
+Grouping = Mapping[str, str | tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One parameter of a problem: a weight or a shape parameter, with one value or one a group of directions."""
+
+    name: str
+    is_weight: bool
+    by: tuple[str, ...]
+    labels: tuple[str, ...]
+    group: npt.NDArray[np.intp]
+    lower: float
+    upper: float
+    unit: str
+    held: float | None = None
+
+    @property
+    def size(self) -> int:
+        return len(self.labels)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """`ks`, or `ks[30]` where there is one value a group."""
+        return tuple(f"{self.name}[{label}]" if label else self.name for label in self.labels)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Fit `model` to `data` by minimising the relative weighted squared error (guo2023, eq 11).
+
+    held: parameters that keep a value given here.
+    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (Table 1).
+    shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
+        colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
+        describe the surface.
+    weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
+    scan does not allow.
+    """
+
+    model: Model
+    data: xr.Dataset
+    held: Mapping[str, float] = field(default_factory=dict)
+    grouped: Grouping = field(default_factory=dict)
+    shared: tuple[str, ...] = ()
+    weighting: str = "uniform"
+    g1: Callable[[Values], Values] | None = None
+    g2: Callable[[Values], Values] | None = None
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
+        for what, names in named.items():
+            for name in names:
+                if name not in self.model.parameters:
+                    have = ", ".join(self.model.parameters)
+                    raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
+        if self.weighting not in WEIGHTINGS:
+            raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        dataset.unit(self.data)
+        if self.points.sizes["direction"] == 0:
+            raise ValueError("the scan holds no value in use: every one is masked or missing")
+        if not self.measured.any():
+            raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
+        _ = self.entries, self.root_weights
+
+    @functools.cached_property
+    def points(self) -> xr.Dataset:
+        return dataset.points(self.data)
+
+    @functools.cached_property
+    def geometry(self) -> Geometry:
+        return dataset.geometry(self.points)
+
+    @functools.cached_property
+    def measured(self) -> Values:
+        return np.asarray(self.points["brdf"].values, dtype=float)
+
+    @property
+    def logarithmic(self) -> bool:
+        return WEIGHTINGS[self.weighting].logarithmic
+
+    @functools.cached_property
+    def root_weights(self) -> Values:
+        """Square roots of the weights g1(theta_i) g2(theta_r) of eq 11."""
+        weights = WEIGHTINGS[self.weighting].weights(self.points)
+        for name, g in (("theta_i", self.g1), ("theta_r", self.g2)):
+            if g is not None:
+                weights = weights * np.asarray(g(self.points[name].values))
+        if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
+            raise ValueError("the weights g1 and g2 must be finite, non-negative and not all zero")
+        root: Values = np.sqrt(weights)
+        return root
+
+    @functools.cached_property
+    def target(self) -> Values:
+        """What the residual subtracts: weighted measured values, or their logarithms."""
+        values = np.log(self.measured) if self.logarithmic else self.measured
+        return self.root_weights * values
+
+    @functools.cached_property
+    def scale(self) -> float:
+        """The denominator of eq 11; for logarithms the number of values, since theirs have no zero to relate to."""
+        return float(np.sum(self.root_weights**2) if self.logarithmic else np.sum(self.target**2))
+
+    @functools.cached_property
+    def entries(self) -> tuple[Entry, ...]:
+        """Weights first, then shape parameters, in the model's order."""
+        return tuple(self._entry(name, is_weight=name in self.model.weights) for name in self.model.parameters)
+
+    def _entry(self, name: str, is_weight: bool) -> Entry:
+        by = self.grouped.get(name, ())
+        by = (by,) if isinstance(by, str) else tuple(by)
+        if is_weight and name not in self.shared and name not in self.held:
+            by += tuple(s for s in dataset.sets(self.points) if s not in by)
+        if name in self.held and by:
+            raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
+        labels, group = self._groups(by)
+        if is_weight:
+            lower, upper = self.bounds.get(name, (0.0, math.inf))
+            unit = weight_unit(dataset.unit(self.data), self.model.term_unit(name))
+        else:
+            parameter = self.model.shape[name]
+            lower, upper = self.bounds.get(name, (parameter.lower, parameter.upper))
+            unit = parameter.unit
+        held = self.held.get(name)
+        if held is not None and not is_weight and not lower <= held <= upper:
+            raise ValueError(f"{name} is held at {held:g}, outside its bounds {lower:g} to {upper:g}")
+        if not lower <= upper:
+            raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
+        return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
+
+    def _groups(self, by: tuple[str, ...]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
+        if not by:
+            return ("",), np.zeros(len(self.measured), dtype=np.intp)
+        for coordinate in by:
+            if coordinate not in self.points.coords:
+                have = ", ".join(str(c) for c in self.points.coords)
+                raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
+        columns = [np.unique(self.points[c].values, return_inverse=True) for c in by]
+        codes = np.column_stack([inverse for _, inverse in columns])
+        distinct, group = np.unique(codes, axis=0, return_inverse=True)
+        labels = tuple(",".join(_label(columns[j][0][k]) for j, k in enumerate(row)) for row in distinct)
+        return labels, group.ravel()
+
+    @functools.cached_property
+    def free_weights(self) -> tuple[Entry, ...]:
+        return tuple(e for e in self.entries if e.is_weight and e.held is None)
+
+    @functools.cached_property
+    def free_shape(self) -> tuple[Entry, ...]:
+        return tuple(e for e in self.entries if not e.is_weight and e.held is None)
+
+    @property
+    def free(self) -> tuple[Entry, ...]:
+        return (*self.free_weights, *self.free_shape)
+
+    @functools.cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the free values, in the order of a solver's vector: weights, then shape."""
+        return tuple(name for entry in self.free for name in entry.names)
+
+    @functools.cached_property
+    def n_weights(self) -> int:
+        return sum(entry.size for entry in self.free_weights)
+
+    @functools.cached_property
+    def lower(self) -> Values:
+        return np.array([e.lower for e in self.free for _ in e.labels])
+
+    @functools.cached_property
+    def upper(self) -> Values:
+        return np.array([e.upper for e in self.free for _ in e.labels])
+
+    @functools.cached_property
+    def shape_start(self) -> Values:
+        """The declared defaults, moved inside the bounds."""
+        defaults = [self.model.shape[e.name].default for e in self.free_shape for _ in e.labels]
+        return np.clip(defaults, self.lower[self.n_weights :], self.upper[self.n_weights :])
+
+    @functools.cached_property
+    def steps_by_ratio(self) -> npt.NDArray[np.bool_]:
+        """Which shape parameters a search should step through by ratios."""
+        wide = [relative_span(self.model.shape[e.name]) and e.lower > 0 for e in self.free_shape for _ in e.labels]
+        return np.array(wide, dtype=bool)
+
+    def design(self, shape: Values) -> tuple[Values, Values]:
+        """The matrix whose product with the weights is the BRDF, and the part of held weights.
+
+        `shape` (..., n_shape) may carry leading dimensions for several candidates at once;
+        returns (..., n_points, n_weights) and (..., n_points).
+        """
+        basis = self.model.basis(self.geometry, self._shape_at_points(shape))
+        lead = shape.shape[:-1]
+        n = len(self.measured)
+        matrix = np.zeros((*lead, n, self.n_weights))
+        fixed = np.zeros((*lead, n))
+        column = 0
+        for entry in self.entries:
+            if not entry.is_weight:
+                continue
+            if entry.held is not None:
+                fixed += entry.held * basis[entry.name]
+                continue
+            if entry.size == 1:
+                matrix[..., column] = basis[entry.name]
+            else:
+                matrix[..., np.arange(n), column + entry.group] = basis[entry.name]
+            column += entry.size
+        return matrix, fixed
+
+    def brdf(self, vector: Values) -> Values:
+        """The model at every point, for a vector (..., n) of weights and shape."""
+        matrix, fixed = self.design(vector[..., self.n_weights :])
+        out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
+        return out
+
+    def residual(self, vector: Values) -> Values:
+        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11)."""
+        return self.difference(self.brdf(vector))
+
+    def difference(self, modelled: Values) -> Values:
+        """The residual of BRDF values that are there already."""
+        if self.logarithmic:
+            modelled = np.log(np.maximum(modelled, np.finfo(float).tiny))
+        return self.root_weights * modelled - self.target
+
+    def cost(self, residual: Values) -> Values:
+        """E (eq 11) of a residual."""
+        total: Values = np.sum(residual**2, axis=-1) / self.scale
+        return total
+
+    def _shape_at_points(self, shape: Values) -> dict[str, Values | float]:
+        """Each shape parameter's value at every point, shaped to broadcast against the directions."""
+        values: dict[str, Values | float] = {}
+        at = 0
+        for entry in self.entries:
+            if entry.is_weight:
+                continue
+            if entry.held is not None:
+                values[entry.name] = entry.held
+                continue
+            part = shape[..., at : at + entry.size]
+            values[entry.name] = part if entry.size == 1 else part[..., entry.group]
+            at += entry.size
+        return values
+
+
+def _label(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

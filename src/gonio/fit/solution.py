@@ -1,0 +1,138 @@
+"""What a fit found: values, how sure they are, and what became of the search."""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+Values = npt.NDArray[np.float64]
+
+
+class Status(StrEnum):
+    """How a search ended; the values are the messages."""
+
+    CONVERGED = "converged"
+    AT_BOUND = "converged with a value at its bound: the data would have it beyond, or do not determine it"
+    NOT_DETERMINED = "converged, and the data do not determine every value: hold or share what has no uncertainty"
+    STEPS_EXHAUSTED = "stopped at the largest number of iterations"
+    TOO_FEW_POINTS = "as many values as points or more: nothing is left to tell how good they are"
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What a solver hands back: the vector of weights and shape, E there, and the course of the search.
+
+    `history` holds the best E after each step, (steps,) or (steps, chains).
+    """
+
+    vector: Values
+    cost: float
+    exhausted: bool
+    evaluations: int
+    history: Values
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A fitted model as a Dataset over `parameter`, and the views of it that people ask for.
+
+    Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`, `held`,
+    `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
+    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points.
+    """
+
+    dataset: xr.Dataset
+
+    @property
+    def status(self) -> Status:
+        return Status(self.dataset.attrs["status"])
+
+    @property
+    def cost(self) -> float:
+        return float(self.dataset.attrs["cost"])
+
+    @property
+    def model_name(self) -> str:
+        return str(self.dataset.attrs["model"])
+
+    @functools.cached_property
+    def values(self) -> dict[str, float]:
+        """Value by parameter, `ks[30]` for one of a group."""
+        return dict(zip(self.dataset["parameter"].values.tolist(), self.dataset["value"].values.tolist(), strict=True))
+
+    @functools.cached_property
+    def uncertainties(self) -> dict[str, float]:
+        """Standard uncertainty by parameter."""
+        names = self.dataset["parameter"].values.tolist()
+        return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
+
+    def at(self, points: xr.Dataset) -> dict[str, float | Values]:
+        """The value of every parameter at each direction of a flat scan, groups looked up by their coordinates.
+
+        Raises ValueError where a direction belongs to no group of the fit.
+        """
+        found: dict[str, float | Values] = {}
+        for name, part in self._by_name():
+            by = str(part["by"].values[0])
+            if not by:
+                found[name] = float(part["value"].values[0])
+                continue
+            table = dict(zip(part["group"].values.tolist(), part["value"].values.tolist(), strict=True))
+            labels = group_labels(points, by.split(","))
+            if unknown := sorted(set(labels) - set(table)):
+                raise ValueError(f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}")
+            found[name] = np.array([table[label] for label in labels])
+        return found
+
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """Values, uncertainties and units as plain data, grouped parameters under `by` and `values`."""
+        out: dict[str, dict[str, Any]] = {}
+        for name, part in self._by_name():
+            pairs = [
+                {"value": value, "uncertainty": spread}
+                for value, spread in zip(part["value"].values.tolist(), part["uncertainty"].values.tolist(), strict=True)
+            ]
+            unit, by = str(part["unit"].values[0]), str(part["by"].values[0])
+            if by:
+                groups = part["group"].values.tolist()
+                out[name] = {"by": by, "values": dict(zip(groups, pairs, strict=True)), "unit": unit}
+            else:
+                out[name] = pairs[0] | {"unit": unit}
+            if bool(part["held"].values[0]):
+                out[name]["held"] = True
+        return out
+
+    def _by_name(self) -> list[tuple[str, xr.Dataset]]:
+        names = self.dataset["name"].values
+        flat = self.dataset.drop_vars(["covariance", "history"])
+        return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
+
+
+def group_labels(points: xr.Dataset, by: list[str]) -> list[str]:
+    """The label of each direction's group: its coordinates, numbers in their shortest form, joined by commas."""
+    columns = [points[c].values for c in by]
+    return [",".join(label(value) for value in row) for row in zip(*columns, strict=True)]
+
+
+def label(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def finite(value: float) -> float | None:
+    """For JSON, which has neither NaN nor infinity."""
+    return value if math.isfinite(value) else None
+
+
+def without_infinities(data: Any) -> Any:
+    """The same plain data with NaN and infinities as None."""
+    if isinstance(data, Mapping):
+        return {key: without_infinities(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [without_infinities(value) for value in data]
+    return finite(data) if isinstance(data, float) else data

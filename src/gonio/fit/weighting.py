@@ -1,0 +1,70 @@
+"""Ready weightings of the objective (guo2023, eq 11): each turns the points of a scan into weights of their squared errors."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """One way to weigh squared errors; `logarithmic` compares logarithms, in which no weight enters linearly."""
+
+    help: str
+    weights: Callable[[xr.Dataset], Values]
+    logarithmic: bool = False
+
+
+def _uniform(points: xr.Dataset) -> Values:
+    return np.ones(points.sizes["direction"])
+
+
+def _relative(points: xr.Dataset) -> Values:
+    return 1 / _positive(points, "relative") ** 2
+
+
+def _solid_angle(points: xr.Dataset) -> Values:
+    theta_r = np.radians(points["theta_r"].values)
+    return np.cos(theta_r) * np.sin(theta_r)
+
+
+def _inverse_variance(points: xr.Dataset) -> Values:
+    if "uncertainty" not in points:
+        raise ValueError("weighting by uncertainty needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none")
+    uncertainty = points["uncertainty"].values
+    unknown = int((~(uncertainty > 0)).sum())
+    if unknown:
+        raise ValueError(
+            f"weighting by uncertainty needs a positive one for every value, and {unknown} of "
+            f"{len(uncertainty)} have none: choose another weighting"
+        )
+    return 1 / uncertainty**2
+
+
+def _logarithmic(points: xr.Dataset) -> Values:
+    _positive(points, "log")
+    return _uniform(points)
+
+
+def _positive(points: xr.Dataset, name: str) -> Values:
+    values: Values = points["brdf"].values
+    wrong = int((values <= 0).sum())
+    if wrong:
+        raise ValueError(
+            f"{name} weighting needs positive values, and {wrong} of {len(values)} are not: "
+            "mask them with a noise floor (--floor) or choose another weighting"
+        )
+    return values
+
+
+WEIGHTINGS: Mapping[str, Weighting] = {
+    "uniform": Weighting("every point alike, as the paper does", _uniform),
+    "relative": Weighting("1/brdf^2: every relative error alike", _relative),
+    "solid-angle": Weighting("cos theta_r sin theta_r: a hemisphere's energy from an in-plane scan", _solid_angle),
+    "uncertainty": Weighting("1/uncertainty^2: what the scan itself is sure of", _inverse_variance),
+    "log": Weighting("squared difference of logarithms: every decade alike", _logarithmic, logarithmic=True),
+}

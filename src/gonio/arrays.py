@@ -31,3 +31,8 @@ def align(*values: Array) -> tuple[Any, tuple[Array, ...]]:
 def namespace(array: Array) -> Any:
     """The array-API namespace of `array`, NumPy's for a Python number."""
     return align(array)[0] if not is_array_api_obj(array) else array_namespace(array)
+
+
+def is_traced_never(array: Array) -> bool:
+    """Whether values computed from `array` may be kept: NumPy never traces, other libraries may."""
+    return isinstance(array, np.ndarray)

@@ -5,7 +5,7 @@ phi = phi_r - phi_i, so phi = 180 deg is the forward (specular) half-plane and p
 In-plane goniometer files use a signed theta_r, positive forward.
 """
 
-import math
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from gonio.arrays import Array, align, namespace
@@ -14,12 +14,8 @@ from gonio.units import to_degrees, to_radians
 GRAZING = 1e-6  # cosines are kept above this where a model divides by them (formulas 0)
 
 
-class Geometry(NamedTuple):
-    """Pairs of unit vectors w_i = (x_i, y_i, z_i) and w_r = (x_r, y_r, z_r) that broadcast against each other.
-
-    A plain tuple of arrays, hence a JAX pytree without registration. Everything else is derived from cosines
-    and the half vector, so that nothing is singular at the normal or at the mirror direction.
-    """
+class Directions(NamedTuple):
+    """Pairs of unit vectors w_i = (x_i, y_i, z_i) and w_r = (x_r, y_r, z_r) that broadcast against each other."""
 
     x_i: Array
     y_i: Array
@@ -27,6 +23,14 @@ class Geometry(NamedTuple):
     x_r: Array
     y_r: Array
     z_r: Array
+
+
+class Geometry(Directions):
+    """Directions and what models ask of them, each computed once, on first use.
+
+    A plain tuple of arrays, hence a JAX pytree without registration. Everything is derived from cosines and the half
+    vector, so that nothing is singular at the normal or at the mirror direction.
+    """
 
     @classmethod
     def from_degrees(
@@ -52,51 +56,51 @@ class Geometry(NamedTuple):
         _, (t_i, t_r) = align(theta_i, theta_r)
         return cls.from_degrees(t_i, -t_r, 0.0)
 
-    @property
-    def above(self) -> Array:
-        """Whether both directions are above the horizon; elsewhere the BRDF is 0."""
-        return (self.z_i > 0) & (self.z_r > 0)
+    @cached_property
+    def below(self) -> Array:
+        """Whether a direction is at or below the horizon, where the BRDF is 0; a NaN is not, and stays a NaN."""
+        return (self.z_i <= 0) | (self.z_r <= 0)
 
-    @property
+    @cached_property
     def cos_i(self) -> Array:
         return _above_zero(self.z_i, GRAZING)
 
-    @property
+    @cached_property
     def cos_r(self) -> Array:
         return _above_zero(self.z_r, GRAZING)
 
-    @property
+    @cached_property
     def theta_i_deg(self) -> Array:
         return to_degrees(_polar_angle(self.x_i, self.y_i, self.z_i))
 
-    @property
+    @cached_property
     def theta_r_deg(self) -> Array:
         return to_degrees(_polar_angle(self.x_r, self.y_r, self.z_r))
 
-    @property
+    @cached_property
     def cos_beta(self) -> Array:
         """Cosine of the angle of incidence on the facet, half the angle between the two directions."""
         return _root(self._sum_squared) / 2
 
-    @property
+    @cached_property
     def cos_alpha(self) -> Array:
         """Cosine of the facet's tilt."""
         return (self.z_i + self.z_r) / _root(self._sum_squared)
 
-    @property
+    @cached_property
     def tan_alpha_squared(self) -> Array:
         """Squared slope of the facet: (h_x^2 + h_y^2)/h_z^2, which keeps its digits near the mirror direction."""
         x, y = self.x_i + self.x_r, self.y_i + self.y_r
         return (x * x + y * y) / _above_zero(self.z_i + self.z_r, 2 * GRAZING) ** 2
 
-    @property
+    @cached_property
     def _sum_squared(self) -> Array:
         x, y, z = self.x_i + self.x_r, self.y_i + self.y_r, self.z_i + self.z_r
         return _above_zero(x * x + y * y + z * z, GRAZING**2)
 
 
 def _above_zero(value: Array, least: float) -> Array:
-    return namespace(value).clip(value, least, math.inf)
+    return namespace(value).where(value < least, least, value)
 
 
 def _root(value: Array) -> Array:
@@ -105,8 +109,8 @@ def _root(value: Array) -> Array:
 
 def _polar_angle(x: Array, y: Array, z: Array) -> Array:
     """Angle from the normal [rad]: atan2 keeps every digit where arccos loses half; the gradient is 0 at the pole."""
-    xp: Any = namespace(x + z)
+    xp: Any = namespace(z)
     squared = x * x + y * y
     at_pole = squared == 0
-    radius = xp.where(at_pole, xp.zeros_like(squared), xp.sqrt(xp.where(at_pole, xp.ones_like(squared), squared)))
+    radius = xp.where(at_pole, 0.0, xp.sqrt(xp.where(at_pole, 1.0, squared)))
     return xp.atan2(radius, z)

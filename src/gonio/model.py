@@ -7,13 +7,12 @@ options and tables are all read from this one declaration.
 
 import functools
 import inspect
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
-from gonio.arrays import Array, align
+from gonio.arrays import Array, align, is_traced_never
 from gonio.geometry import Geometry
 
 Term = Callable[..., Array]
@@ -95,13 +94,14 @@ class Model:
         self._refuse_unknown(shape, self.shape)
         given = [shape.get(name, p.default) for name, p in self.shape.items()]
         xp, aligned = align(*geometry, *given)
-        directions = Geometry(*aligned[:6])
+        unchanged = all(a is b and is_traced_never(a) for a, b in zip(geometry, aligned[:6], strict=True))
+        directions = geometry if unchanged else Geometry(*aligned[:6])
         values = dict(zip(self.shape, aligned[6:], strict=True))
-        above = directions.above
+        below = directions.below
         out = {}
         for weight, term in self.terms.items():
             value = term(directions, **{name: values[name] for name in declarations(term)})
-            out[weight] = xp.where(above, value, xp.zeros_like(value))
+            out[weight] = xp.where(below, 0.0, value)
         return out
 
     def __call__(self, geometry: Geometry, values: Mapping[str, Array]) -> Array:
@@ -157,7 +157,3 @@ class NearestNames(dict[str, Any]):
         near = get_close_matches(name, self, n=3, cutoff=0.4) or list(self)
         raise KeyError(f"no {self.kind} is called {name!r}; nearest: {', '.join(near)}")
 
-
-def relative_span(parameter: Parameter) -> bool:
-    """Whether a search should step by ratios: the bounds are positive and more than a decade apart."""
-    return parameter.lower > 0 and math.log10(parameter.upper / parameter.lower) > 1

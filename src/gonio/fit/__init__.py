@@ -1,1 +1,9 @@
 """Finding the values that explain a scan: a Problem, a solver that is a value, and a Solution."""
+
+from gonio.fit.anneal import Anneal
+from gonio.fit.fitting import fit
+from gonio.fit.problem import Problem
+from gonio.fit.projection import Projection
+from gonio.fit.solution import Solution, Status
+
+__all__ = ["Anneal", "Problem", "Projection", "Solution", "Status", "fit"]

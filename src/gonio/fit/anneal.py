@@ -105,11 +105,8 @@ class _Objective:
         self._n = problem.n_weights
         self._lower = np.where(np.isnan(lb), problem.lower, lb)
         self._upper = np.where(np.isnan(ub), problem.upper, ub)
+        self._axes = problem.axes(self._lower[self._n :], self._upper[self._n :])
         self._kept = None if problem.free_shape else self._weighted(np.empty((1, 0)))
-        ratio = problem.steps_by_ratio & (self._lower[self._n :] > 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            self._log = np.where(ratio, np.log(self._upper[self._n :] / self._lower[self._n :]), 0.0)
-        self._ratio = ratio
 
     def __call__(self, unit: Values) -> Values:
         matrix, target, vector = self._system(unit)
@@ -125,15 +122,11 @@ class _Objective:
         return self._system(unit)[2]
 
     def _system(self, unit: Values) -> tuple[Values, Values, Values]:
-        shape = self._shape(unit[:, self._n :])
+        shape = self._axes.values(unit[:, self._n :])
         matrix, target, reach = self._kept if self._kept is not None else self._weighted(shape)
         low = self._lower[: self._n]
         weights = low + unit[:, : self._n] * (reach - low)
         return matrix, target, np.concatenate([weights, shape], axis=1)
-
-    def _shape(self, unit: Values) -> Values:
-        low, high = self._lower[self._n :], self._upper[self._n :]
-        return np.where(self._ratio, low * np.exp(unit * self._log), low + unit * (high - low))
 
     def _weighted(self, shape: Values) -> tuple[Values, Values, Values]:
         """Design and target as the residual weighs them, and each weight's upper bound."""

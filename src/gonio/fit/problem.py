@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fit.axes import Axes
+from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.model import Model, relative_span
+from gonio.model import Model
 from gonio.units import weight_unit
 
 Values = npt.NDArray[np.float64]
@@ -160,7 +162,7 @@ class Problem:
         columns = [np.unique(self.points[c].values, return_inverse=True) for c in by]
         codes = np.column_stack([inverse for _, inverse in columns])
         distinct, group = np.unique(codes, axis=0, return_inverse=True)
-        labels = tuple(",".join(_label(columns[j][0][k]) for j, k in enumerate(row)) for row in distinct)
+        labels = tuple(",".join(label(columns[j][0][k]) for j, k in enumerate(row)) for row in distinct)
         return labels, group.ravel()
 
     @functools.cached_property
@@ -198,11 +200,11 @@ class Problem:
         defaults = [self.model.shape[e.name].default for e in self.free_shape for _ in e.labels]
         return np.clip(defaults, self.lower[self.n_weights :], self.upper[self.n_weights :])
 
-    @functools.cached_property
-    def steps_by_ratio(self) -> npt.NDArray[np.bool_]:
-        """Which shape parameters a search should step through by ratios."""
-        wide = [relative_span(self.model.shape[e.name]) and e.lower > 0 for e in self.free_shape for _ in e.labels]
-        return np.array(wide, dtype=bool)
+    def axes(self, lower: Values | None = None, upper: Values | None = None) -> Axes:
+        """The free shape parameters as coordinates from 0 to 1, between the problem's bounds or narrower ones."""
+        n = self.n_weights
+        parameters = [self.model.shape[e.name] for e in self.free_shape for _ in e.labels]
+        return Axes(parameters, self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper)
 
     def design(self, shape: Values) -> tuple[Values, Values]:
         """The matrix whose product with the weights is the BRDF, and the part of held weights.
@@ -264,7 +266,3 @@ class Problem:
             values[entry.name] = part if entry.size == 1 else part[..., entry.group]
             at += entry.size
         return values
-
-
-def _label(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,35 +22,40 @@ class Projection:
 
     grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension.
     searches: how many of the best starts are followed to their minimum. max_steps: evaluations in one such search.
+    line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
     """
 
     grid: int = 15
     searches: int = 4
     max_steps: int = 200
+    line: int = 61
+    rounds: int = 4
     name = "projection"
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
-        """The values of least E; the history holds the best E after each local search."""
+        """The values of least E; the history holds the best E after the first searches and after each later round."""
         if problem.logarithmic:
             return self._search_logarithmic(problem, progress)
         reduced = _Reduced(problem)
         if not problem.free_shape:
-            weights, cost = reduced.weights(problem.shape_start), 0.0
-            vector = np.concatenate([weights, problem.shape_start])
-            cost = float(problem.cost(problem.residual(vector)))
-            return Optimum(vector, cost, False, 1, np.array([cost]))
-        best, exhausted, history = None, False, []
-        starts = self._starts(reduced)
-        for done, start in enumerate(starts, start=1):
-            point, cost, stopped = self._descend(reduced, start)
-            if best is None or cost < best[1]:
-                best, exhausted = (point, cost), stopped
-            history.append(best[1])
-            progress(done / len(starts))
-        assert best is not None
-        shape = reduced.shape(best[0])
-        vector = np.concatenate([reduced.weights(shape), shape])
-        return Optimum(vector, best[1], exhausted, reduced.evaluations, np.array(history))
+            weights, residual = reduced.solve(problem.shape_start)
+            cost = float(residual @ residual)
+            return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
+        found = [self._descend(reduced, start) for start in self._starts(reduced)]
+        found.sort(key=lambda end: end.cost)
+        history, rounds = [found[0].cost], 0
+        while rounds < self.rounds:
+            rounds += 1
+            progress(rounds / self.rounds)
+            better = [self._descend(reduced, point) for point in self._crossings(reduced, found[0])]
+            better.sort(key=lambda end: end.cost)
+            if not better or not better[0].cost < found[0].cost * (1 - 1e-12):
+                break
+            found.insert(0, better[0])
+            history.append(found[0].cost)
+        shape = reduced.shape(found[0].point)
+        vector = np.concatenate([reduced.solve(shape)[0], shape])
+        return Optimum(vector, found[0].cost, found[0].exhausted, reduced.evaluations, np.array(history))
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
         """The most promising points of a grid, in unit coordinates: its local minima, best first."""
@@ -73,7 +79,23 @@ class Projection:
         order = minima[np.argsort(costs.ravel()[minima])]
         return [points[k] for k in order[: self.searches]]
 
-    def _descend(self, reduced: "_Reduced", start: Values) -> tuple[Values, float, bool]:
+    def _crossings(self, reduced: "_Reduced", end: "_End") -> list[Values]:
+        """Better points straight along each coordinate from a minimum.
+
+        Where a weight is zero its shape has no slope, and the grid, coarse in the other coordinates, can miss the lobe
+        that would help: a fine line through the minimum sees it.
+        """
+        better = []
+        for k in range(reduced.dimensions):
+            line = np.tile(end.point, (self.line, 1))
+            line[:, k] = np.linspace(0.0, 1.0, self.line)
+            costs = np.array([reduced.cost(point) for point in line])
+            at = int(np.argmin(costs))
+            if costs[at] < end.cost * (1 - 1e-12):
+                better.append(line[at])
+        return better
+
+    def _descend(self, reduced: "_Reduced", start: Values) -> "_End":
         found = least_squares(
             reduced.residual,
             np.clip(start, 1e-9, 1 - 1e-9),
@@ -92,7 +114,7 @@ class Projection:
                     at_edge[k] = edge
                     if (edge_cost := reduced.cost(at_edge)) <= cost:
                         point, cost = at_edge, edge_cost
-        return point, cost, found.status == 0
+        return _End(point, cost, found.status == 0)
 
     def _search_logarithmic(self, problem: Problem, progress: Progress) -> Optimum:
         """Logarithms are not linear in the weights: start where relative errors are least, then search everything."""
@@ -117,47 +139,43 @@ class Projection:
         return Optimum(vector, float(history[-1]), found.status == 0, near.evaluations + found.nfev, history)
 
 
+class _End(NamedTuple):
+    """Where a local search ended, in unit coordinates."""
+
+    point: Values
+    cost: float
+    exhausted: bool
+
+
 class _Reduced:
-    """A problem of the shape alone, in coordinates from 0 to 1; ratios where a parameter spans decades."""
+    """A problem of the shape alone, in unit coordinates."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self.evaluations = 0
-        n = problem.n_weights
-        self._lower, self._upper = problem.lower[:n], problem.upper[:n]
-        low, high = problem.lower[n:], problem.upper[n:]
-        if not (np.isfinite(low).all() and np.isfinite(high).all()):
-            raise ValueError("shape parameters need finite bounds")
-        self._ratio = problem.steps_by_ratio
-        self._low, self._high = low, high
-        with np.errstate(divide="ignore", invalid="ignore"):
-            self._log_low, self._log_high = np.log(low), np.log(high)
+        self._axes = problem.axes()
+        self._lower, self._upper = problem.lower[: problem.n_weights], problem.upper[: problem.n_weights]
 
     @property
     def dimensions(self) -> int:
-        return len(self._low)
+        return len(self._axes)
 
     def shape(self, unit: Values) -> Values:
-        linear = self._low + unit * (self._high - self._low)
-        with np.errstate(invalid="ignore"):
-            ratio = np.exp(self._log_low + unit * (self._log_high - self._log_low))
-        return np.clip(np.where(self._ratio, ratio, linear), self._low, self._high)
+        return self._axes.values(unit)
 
-    def weights(self, shape: Values) -> Values:
-        matrix, target = self._system(shape)
-        return bounded_least_squares(matrix, target, self._lower, self._upper)
+    def solve(self, shape: Values) -> tuple[Values, Values]:
+        """The exact weights for one shape, and the residual whose squared sum is E."""
+        self.evaluations += 1
+        matrix, fixed = self.problem.design(shape)
+        root = self.problem.root_weights
+        matrix *= root[:, None]
+        target = self.problem.target - root * fixed
+        weights = bounded_least_squares(matrix, target, self._lower, self._upper)
+        return weights, (matrix @ weights - target) / np.sqrt(self.problem.scale)
 
     def residual(self, unit: Values) -> Values:
-        matrix, target = self._system(self.shape(unit))
-        found: Values = matrix @ bounded_least_squares(matrix, target, self._lower, self._upper) - target
-        return found / np.sqrt(self.problem.scale)
+        return self.solve(self.shape(unit))[1]
 
     def cost(self, unit: Values) -> float:
         residual = self.residual(unit)
         return float(residual @ residual)
-
-    def _system(self, shape: Values) -> tuple[Values, Values]:
-        self.evaluations += 1
-        matrix, fixed = self.problem.design(shape)
-        root = self.problem.root_weights
-        return root[:, None] * matrix, self.problem.target - root * fixed

@@ -5,11 +5,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+
+from gonio.files import replacing
 
 Values = npt.NDArray[np.float64]
 
@@ -107,6 +110,21 @@ class Solution:
             if bool(part["held"].values[0]):
                 out[name]["held"] = True
         return out
+
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the Dataset as NetCDF; FileExistsError where the file is there and `force` is False."""
+        plain = self.dataset.assign({n: self.dataset[n].astype("int8") for n in ("at_bound", "held")})
+        with replacing(path, force) as temporary:
+            plain.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Solution":
+        """Read what `save` wrote."""
+        with xr.open_dataset(path, engine="scipy") as opened:
+            stored = opened.load()
+        stored = stored.assign({n: stored[n].astype(bool) for n in ("at_bound", "held")})
+        names = ("parameter", "name", "by", "group", "unit")
+        return cls(stored.assign_coords({n: (stored[n].dims, stored[n].values.astype(str)) for n in names}))
 
     def _by_name(self) -> list[tuple[str, xr.Dataset]]:
         names = self.dataset["name"].values

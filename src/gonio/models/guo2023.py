@@ -32,7 +32,7 @@ def _lorentz(theta: Array, gamma: Array) -> Array:
 
 cauchy_lorentz = Model(
     name="cauchy-lorentz",
-    title="Three components, Cauchy-Lorentz directional-diffuse lobe",
+    title="Three components, Cauchy-Lorentz diffuse lobe",
     cite="guo2023",
     terms={"ks": gaussian_facets, "kdd": lorentz_lobe, "kid": uniform},
     violates={
@@ -43,7 +43,7 @@ cauchy_lorentz = Model(
 
 cauchy_lorentz_reciprocal = Model(
     name="cauchy-lorentz-reciprocal",
-    title="Cauchy-Lorentz, reciprocal and normalised: every weight is a reflectance",
+    title="Cauchy-Lorentz, reciprocal and normalised",
     cite="guo2023",
     terms={"rho_s": gaussian_facets, "rho_dd": reciprocal_lorentz_lobe, "rho_id": lambertian},
 )

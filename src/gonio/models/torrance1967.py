@@ -6,7 +6,7 @@ from gonio.optics.facets import gaussian_facets
 
 torrance_sparrow = Model(
     name="torrance-sparrow",
-    title="Torrance-Sparrow as guo2023 fits it (Gaussian slopes, F in ks)",
+    title="Gaussian facets over an ideal diffuse floor",
     cite="torrance1967",
     terms={"ks": gaussian_facets, "kd": uniform},
 )

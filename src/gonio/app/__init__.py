@@ -1,0 +1,1 @@
+"""The command line and the reports: the only rooms that know all the others."""

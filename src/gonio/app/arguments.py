@@ -1,0 +1,110 @@
+"""Text of the command line into values; every refusal says how the text should look."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import xarray as xr
+
+from gonio.fit.anneal import Anneal
+from gonio.fit.half_width import half_widths, widest_angle
+from gonio.fit.projection import Projection
+from gonio.fit.solver import Solver
+
+SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {s.name: s for s in (Projection, Anneal)}
+HALF_WIDTH = "half-width"
+
+
+def pairs(texts: Iterable[str], option: str) -> dict[str, str]:
+    """`["a=1", "b=2"]` or `["a=1,b=2"]` is not ambiguous: one pair a text, so that values may hold commas."""
+    out = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise ValueError(f"{option} {text!r} is not of the form name=value")
+        out[name.strip()] = value.strip()
+    return out
+
+
+def number(text: str, what: str) -> float:
+    """A finite number; ValueError with what it was meant to be."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"{what} is {text!r}, not a number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{what} is {text}, not a finite number")
+    return value
+
+
+def numbers(texts: Iterable[str], option: str) -> dict[str, float]:
+    return {name: number(value, f"{option} {name}") for name, value in pairs(texts, option).items()}
+
+
+def groups(texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """`ks=theta_i` or `ks=theta_i,channel`."""
+    return {name: tuple(c.strip() for c in value.split(",")) for name, value in pairs(texts, "--group").items()}
+
+
+def bounds(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """`gamma=5:90`."""
+    out = {}
+    for name, value in pairs(texts, "--bound").items():
+        lower, colon, upper = value.partition(":")
+        if not colon:
+            raise ValueError(f"--bound {name}={value} is not of the form name=lower:upper")
+        out[name] = (number(lower, f"--bound {name}"), number(upper, f"--bound {name}"))
+    return out
+
+
+def held(texts: Iterable[str], scan: xr.Dataset) -> dict[str, float]:
+    """`sigma=0.142`, or `gamma=half-width` to read it from the scan as the paper does."""
+    out = {}
+    for name, value in pairs(texts, "--hold").items():
+        out[name] = _read_half_width(scan) if value == HALF_WIDTH else number(value, f"--hold {name}")
+    return out
+
+
+def _read_half_width(scan: xr.Dataset) -> float:
+    readings = half_widths(scan)
+    best = widest_angle(readings)
+    if best is None:
+        reasons = "; ".join(sorted({str(reading.status) for reading in readings})) or "the scan has no in-plane curve"
+        raise ValueError(f"no half width can be read from the scan ({reasons}): hold gamma at a number, or fit it")
+    return best.gamma
+
+
+def directions(text: str) -> list[tuple[float, float, float]]:
+    """`30,30,180;40,20,180` as theta_i, theta_r, phi [deg]; phi may be left out in plane, theta_r then signed."""
+    out = []
+    for part in (p for p in text.split(";") if p.strip()):
+        angles = [number(a, f"an angle of --at {part.strip()!r}") for a in part.split(",")]
+        if len(angles) == 2:
+            theta_i, theta_r = angles
+            angles = [theta_i, abs(theta_r), 180.0 if theta_r >= 0 else 0.0]
+        if len(angles) != 3:
+            raise ValueError(f"--at {part.strip()!r} is not of the form theta_i,theta_r,phi")
+        for name, angle in zip(("theta_i", "theta_r"), angles, strict=False):
+            if not 0 <= angle <= 90:
+                raise ValueError(f"{name} = {angle:g} in --at {part.strip()!r} is outside 0 to 90 deg")
+        out.append((angles[0], angles[1], angles[2]))
+    if not out:
+        raise ValueError("--at names no direction: write theta_i,theta_r,phi;..")
+    return out
+
+
+def solver(name: str, seed: int, settings: Iterable[str]) -> Solver:
+    """A solver by name; `settings` are its fields, and the seed goes to the one that draws random numbers."""
+    if name not in SOLVERS:
+        raise ValueError(f"no solver {name!r}: choose one of {', '.join(SOLVERS)}")
+    kind = SOLVERS[name]
+    defaults: dict[str, Any] = {
+        f.name: f.default for f in dataclasses.fields(kind) if isinstance(f.default, int | float)
+    }
+    given: dict[str, Any] = {"seed": seed} if "seed" in defaults else {}
+    for field, value in numbers(settings, "--setting").items():
+        if field not in defaults:
+            raise ValueError(f"the solver {name} has no setting {field!r}; it has {', '.join(defaults)}")
+        given[field] = int(value) if isinstance(defaults[field], int) else value
+    return kind(**given)

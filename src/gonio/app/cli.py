@@ -1,0 +1,357 @@
+"""The command line: each command is a few lines around library calls."""
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gonio.compare import Row
+
+app = typer.Typer(
+    help="From goniometer readings to a BRDF, the analytic model that explains it, and how sure that is.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Scan = Annotated[Path, typer.Argument(help="a measured scan: tidy CSV or gonio NetCDF", show_default=False)]
+Scans = Annotated[list[Path], typer.Argument(help="measured scans: tidy CSV or gonio NetCDF", show_default=False)]
+ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
+Json = Annotated[str, typer.Option("--json", metavar="FILE|-", help="write JSON to a file, or to standard output")]
+Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
+SolverName = Annotated[str, typer.Option("--solver", help="projection (exact weights) or anneal (Appendix A)")]
+Setting = Annotated[list[str], typer.Option("--setting", metavar="NAME=VALUE", help="a setting of the solver")]
+Hold = Annotated[
+    list[str], typer.Option("--hold", metavar="NAME=VALUE", help="keep a parameter; gamma=half-width reads it")
+]
+Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
+Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
+Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
+Weigh = Annotated[
+    str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
+]
+Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
+Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask what is nearer to the incident beam")]
+Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
+Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
+Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names of `gonio models`, or all")]
+
+
+class Figure(StrEnum):
+    """What `gonio plot` draws."""
+
+    CURVES = "curves"
+    RESIDUALS = "residuals"
+    COMPONENTS = "components"
+    HEMISPHERE = "hemisphere"
+    CONVERGENCE = "convergence"
+    ERRORS = "errors"
+
+
+@app.command("models")
+def list_models(
+    name: Annotated[str, typer.Argument(help="one model, in full", show_default=False)] = "", json: Json = ""
+) -> None:
+    """List the catalogue, or show one model: its terms, parameters, bounds and units."""
+    from gonio import catalogue
+    from gonio.app import present
+
+    chosen = [catalogue[name]] if name else list(catalogue.values())
+    if json:
+        present.emit_json([present.model_record(model) for model in chosen], json)
+    if json != "-":
+        for part in present.model_lines(chosen[0]) if name else (present.models_table(chosen), present.BREAKS):
+            present.console().print(part)
+
+
+@app.command("eval")
+def evaluate(
+    model: Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)],
+    at: Annotated[str, typer.Option("--at", metavar="DEG", help='"theta_i,theta_r,phi;.." in degrees')],
+    values: Annotated[
+        list[str], typer.Option("--set", metavar="NAME=VALUE", help="weights (0 if left out) and shape (default)")
+    ] = [],  # noqa: B006 - typer reads the default and never changes it
+    published: Annotated[str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")] = "",
+    json: Json = "",
+) -> None:
+    """Evaluate a model at given directions."""
+    from gonio import Geometry, catalogue
+    from gonio import published as surfaces
+    from gonio.app import arguments, present
+    from gonio.units import label
+
+    places = arguments.directions(at)
+    chosen = catalogue[model]
+    surface = surfaces[published] if published else None
+    if surface and surface.model != model:
+        raise ValueError(f"the constants of {published} belong to {surface.model}, not to {model}")
+    unit = surface.unit if surface else "sr-1"
+    given = arguments.numbers(values, "--set")
+    out = [
+        float(chosen(Geometry.from_degrees(*place), (surface.at(place[0]) if surface else {}) | given)) for place in places
+    ]
+    if json:
+        text = "1/sr" if unit == "sr-1" else unit
+        present.emit_json({"model": model, "at": places, "values": out, "unit": text}, json)
+    if json != "-":
+        table = present.table("theta_i [deg]", "theta_r [deg]", "phi [deg]", f"BRDF [{label(unit)}]", left=0)
+        for place, value in zip(places, out, strict=True):
+            table.add_row(*(f"{angle:g}" for angle in place), f"{value:.6g}")
+        present.console().print(table)
+
+
+@app.command("fit")
+def fit_scan(
+    scan: Scan,
+    model: ModelName,
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="write the solution, its JSON and figures")] = "",
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """Fit one model to a scan: values with uncertainties, and how good they are."""
+    from gonio import Problem, catalogue
+    from gonio.app import arguments, present
+    from gonio.compare import assess
+    from gonio.fit import fit
+
+    data = _read(scan, blocked, floor, select)
+    options = _options(data, hold, group, share, bound, weighting)
+    problem = Problem(catalogue[model], data, **options)
+    with present.progress_bar(f"fitting {model}") as progress:
+        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
+    if out:
+        _write_fit(Path(out), data, row, force)
+    if json:
+        present.emit_json(present.solution_record(row), json, force)
+    if json != "-":
+        _show_fit(scan, row, out)
+
+
+@app.command("compare")
+def compare_models(
+    scans: Scans,
+    models: Models = "all",
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    rank_by: Annotated[str, typer.Option("--rank", help="delta, E, nrmse or log10_rmse")] = "E",
+    by_incidence: Annotated[bool, typer.Option("--by-incidence", help="nRMSE at each incidence angle too")] = False,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """Fit several models to scans and rank them."""
+    from gonio.app import arguments, present
+    from gonio.compare import rank
+
+    chosen, search = _models(models), arguments.solver(solver, seed, setting)
+    loaded = [(path, _read(path, blocked, floor, select)) for path in scans]
+    found = []
+    with present.progress_bar("comparing") as progress:
+        for done, (path, data) in enumerate(loaded):
+            options = _options(data, hold, group, share, bound, weighting)
+            rows = rank(
+                data,
+                chosen,
+                by=rank_by,
+                solver=search,
+                progress=lambda f, done=done: progress((done + f) / len(loaded)),  # type: ignore[misc]
+                **options,
+            )
+            found.append((path, rows))
+    if json:
+        present.emit_json([_ranking_record(path, rows) for path, rows in found], json, force)
+    if json != "-":
+        for path, rows in found:
+            present.console().print(present.ranking_table(path.stem, rows))
+            if by_incidence:
+                for part in present.incidence_tables(rows):
+                    present.console().print(part)
+
+
+@app.command("plot")
+def plot_scan(
+    scans: Scans,
+    figure: Annotated[Figure, typer.Option("--figure", help="what to draw")] = Figure.CURVES,
+    models: Models = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz",
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")] = "",
+    force: Force = False,
+) -> None:
+    """Draw a scan and the models fitted to it."""
+    from gonio.app import arguments, drawing, present
+    from gonio.compare import rank
+    from gonio.plot.style import save
+
+    chosen, search = _models(models), arguments.solver(solver, seed, setting)
+    target, suffixes = _figure_target(out or f"{scans[0].stem}-{figure.value}")
+    ranked = {}
+    with present.progress_bar("fitting") as progress:
+        for path in scans:
+            data = _read(path, blocked, floor, select)
+            options = _options(data, hold, group, share, bound, weighting)
+            ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
+    drawn = drawing.draw(figure.value, ranked, normalised=normalised)
+    for path in save(drawn, target, suffixes, force):
+        present.console().print(f"wrote {path}")
+
+
+@app.command("info")
+def describe(scan: Scan, json: Json = "", force: Force = False) -> None:
+    """Say what a file holds and what is wrong with it."""
+    from gonio.app import inspection, present
+
+    record = inspection.describe(scan)
+    if json:
+        present.emit_json(record, json, force)
+    if json != "-":
+        for part in inspection.tables(record):
+            present.console().print(part)
+
+
+@app.command("demo")
+def run_demo(
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="where the page and the tables go")] = "demo",
+    seed: Seed = 2023,
+    force: Force = False,
+) -> None:
+    """Run the paper's study on simulated scans and write it as one page."""
+    from gonio.app import present
+    from gonio.app.report.demo import write_demo
+
+    with present.progress_bar("the paper's study") as progress:
+        page = write_demo(Path(out), seed=seed, force=force, progress=progress)
+    present.console().print(f"wrote {page}")
+
+
+def _read(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
+    """A scan without errors, masked and reduced as asked; its warnings go to standard error."""
+    from gonio import check, read
+    from gonio.app import arguments
+    from gonio.measured.check import Severity
+    from gonio.measured.dataset import select as choose
+    from gonio.measured.masking import mask
+
+    data = choose(read(path), arguments.pairs(select, "--select"))
+    if blocked > 0 or floor:
+        data = mask(data, blocked=blocked, floor=arguments.number(floor, "--floor") if floor else None)
+    for finding in check(data):
+        if finding.severity is Severity.ERROR:
+            raise ValueError(f"{path}: {finding}")
+        if finding.severity is Severity.WARNING:
+            print(f"gonio: {path}: {finding}", file=sys.stderr)
+    return data
+
+
+def _options(
+    data: "xr.Dataset", hold: list[str], group: list[str], share: list[str], bound: list[str], weighting: str
+) -> dict[str, Any]:
+    from gonio.app import arguments
+
+    return {
+        "held": arguments.held(hold, data),
+        "grouped": arguments.groups(group),
+        "shared": tuple(share),
+        "bounds": arguments.bounds(bound),
+        "weighting": weighting,
+    }
+
+
+def _models(names: str) -> list[Any]:
+    from gonio import catalogue
+
+    if names == "all":
+        return list(catalogue.values())
+    return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
+
+
+def _figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
+    path = Path(out)
+    if path.suffix in (".png", ".svg"):
+        return path.with_suffix(""), (path.suffix,)
+    return path, (".png", ".svg")
+
+
+def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
+    ranking = [
+        {
+            "model": row.model.name,
+            "free_parameters": row.free_parameters,
+            "status": str(row.solution.status),
+            "metrics": dict(row.metrics),
+            "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
+        }
+        for row in rows
+    ]
+    return {"scan": str(path), "ranking": ranking}
+
+
+def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> None:
+    from gonio.app import drawing, present
+    from gonio.files import refuse_existing
+    from gonio.plot.style import save
+
+    refuse_existing(folder, force)
+    folder.mkdir(parents=True, exist_ok=True)
+    row.solution.save(folder / "solution.nc", force)
+    present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
+    kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
+    for kind in kinds:
+        save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
+
+
+def _show_fit(scan: Path, row: "Row", out: str) -> None:
+    from gonio.app import present
+
+    terminal, attrs = present.console(), row.solution.dataset.attrs
+    terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
+    terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
+    terminal.print(present.solution_table(row.solution))
+    terminal.print(present.metrics_table(row.metrics))
+    if out:
+        terminal.print(f"wrote {out}/")
+
+
+def main() -> None:
+    """Run the command line; whatever is wrong with the input is one line on standard error and exit code 1."""
+    try:
+        app()
+    except (ValueError, KeyError, OSError) as error:
+        message = error.args[0] if isinstance(error, KeyError) and error.args else error
+        print(f"gonio: {message}", file=sys.stderr)
+        sys.exit(1)

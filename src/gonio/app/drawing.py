@@ -1,0 +1,101 @@
+"""Ranked fits into figures: which predictor and which curves each figure needs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from gonio.compare import METRICS, Row, predict
+from gonio.geometry import Geometry
+from gonio.measured import dataset
+from gonio.plot.components import components
+from gonio.plot.convergence import convergence
+from gonio.plot.curves import curves
+from gonio.plot.error_bars import error_bars
+from gonio.plot.hemisphere import hemisphere
+from gonio.plot.residuals import residuals
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Ranked = Mapping[str, tuple[xr.Dataset, Sequence[Row]]]
+MOST_PANELS = 4
+
+
+def draw(kind: str, ranked: Ranked, normalised: bool = False) -> "Figure":
+    """One figure of scans with the models fitted to them, the best first; only `errors` takes several scans.
+
+    Raises ValueError where the figure cannot show what it was given.
+    """
+    if kind == "errors":
+        return _errors(ranked)
+    if len(ranked) > 1:
+        raise ValueError(f"{kind} shows one scan: give one, or draw errors")
+    (name, (scan, rows)), *_ = ranked.items()
+    return _DRAWINGS[kind](name, scan, rows, normalised)
+
+
+def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:
+    return {row.model.name: partial(predict, row.model, row.solution) for row in rows}
+
+
+def _curves(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    return curves(scan, predictors(rows), title=name, normalised=normalised)
+
+
+def _residuals(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    return residuals(scan, predictors(rows), title=name)
+
+
+def _components(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    best = rows[0]
+    return components(scan, best.model, best.solution.at, title=f"{name}: {best.model.name}")
+
+
+def _convergence(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    histories = {row.model.name: row.solution.dataset["history"].values for row in rows}
+    if max(len(h) for h in histories.values()) < 2:
+        raise ValueError("an exact solution has no course to draw: add --solver anneal")
+    return convergence(histories, title=name)
+
+
+def _hemisphere(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    best, flat = rows[0], dataset.points(scan)
+    angles = np.unique(flat["theta_i"].values)
+    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, MOST_PANELS).round().astype(int))]
+    panels = {}
+    for angle in chosen:
+        here = flat.isel(direction=[int(np.flatnonzero(flat["theta_i"].values == angle)[0])])
+        values = {k: float(np.ravel(v)[0]) for k, v in best.solution.at(here).items()}
+        panels[f"{best.model.name} {len(panels) + 1}"] = (float(angle), partial(_at, best.model, values))
+    return hemisphere(panels, unit=dataset.unit(scan), title=name, logarithmic=True)
+
+
+def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
+    return model(geometry, values)
+
+
+def _errors(ranked: Ranked) -> "Figure":
+    angles = sorted(set.intersection(*({*rows[0].by_incidence} for _, rows in ranked.values())))
+    if not angles:
+        raise ValueError("the scans have no incidence angle in common")
+    names = [row.model.name for row in next(iter(ranked.values()))[1]]
+    errors = {
+        model: {
+            scan: [next(r for r in rows if r.model.name == model).by_incidence[a]["nrmse"] for a in angles]
+            for scan, (_, rows) in ranked.items()
+        }
+        for model in names
+    }
+    return error_bars(errors, angles, metric=METRICS["nrmse"].title)
+
+
+_DRAWINGS: Mapping[str, Callable[[str, xr.Dataset, Sequence[Row], bool], "Figure"]] = {
+    "curves": _curves,
+    "residuals": _residuals,
+    "components": _components,
+    "convergence": _convergence,
+    "hemisphere": _hemisphere,
+}

@@ -1,0 +1,190 @@
+"""What people and programs see: tables, progress bars and JSON."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gonio.files import replacing
+from gonio.model import declarations
+from gonio.units import label
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from gonio.compare import Row
+    from gonio.fit.solution import Solution
+    from gonio.model import Model
+
+
+def console() -> "Console":
+    from rich.console import Console
+
+    return Console(highlight=False)
+
+
+def emit_json(data: Any, target: str, force: bool = False) -> None:
+    """Write plain data as JSON to a file, or to standard output for `-`; NaN and infinities become null."""
+    from gonio.fit.solution import without_infinities
+
+    text = json.dumps(without_infinities(data), indent=2, ensure_ascii=False, allow_nan=False)
+    if target == "-":
+        sys.stdout.write(text + "\n")
+        return
+    with replacing(Path(target), force) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+@contextmanager
+def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
+    """A bar on standard error while work goes on, drawn only where a person looks at a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    terminal = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+        task = bar.add_task(description, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)
+
+
+def uncertain(value: float, uncertainty: float) -> str:
+    """A value with as many digits as its standard uncertainty gives sense to: two of the uncertainty's own."""
+    if math.isnan(uncertainty):
+        return f"{value:.6g} (held)"
+    if not math.isfinite(uncertainty):
+        return f"{value:.4g} (not determined)"
+    if uncertainty <= 0 or value == 0 and uncertainty < 1e-300:
+        return f"{value:.6g} ± 0"
+    digits = max(1 - math.floor(math.log10(uncertainty)), 0)
+    if digits > 6 or max(abs(value), uncertainty) >= 1e7:
+        return f"{value:.4e} ± {uncertainty:.1e}"
+    return f"{value:.{digits}f} ± {uncertainty:.{digits}f}"
+
+
+def table(*headings: str, title: str = "", left: int = 1) -> "Table":
+    """A table of one line a row; the first `left` columns are text, the others numbers."""
+    from rich import box
+    from rich.table import Table
+
+    out = Table(
+        title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False, padding=0
+    )
+    for k, heading in enumerate(headings):
+        out.add_column(heading, justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
+    return out
+
+
+def model_record(model: "Model") -> dict[str, Any]:
+    """A model's declaration as plain data."""
+    return {
+        "name": model.name,
+        "title": model.title,
+        "cite": model.cite,
+        "confidence": model.confidence,
+        "weights": list(model.weights),
+        "shape": [
+            {"name": n, "default": p.default, "lower": p.lower, "upper": p.upper, "unit": p.unit, "help": p.help}
+            for n, p in model.shape.items()
+        ],
+        "violates": dict(model.violates),
+    }
+
+
+def models_table(models: Sequence["Model"]) -> "Table":
+    out = table("model", "what it is", "breaks", left=3)
+    for model in models:
+        mark = "" if model.confidence == "confirmed" else f" ({model.confidence})"
+        out.add_row(model.name, model.title + mark, " ".join(sorted(law[0].upper() for law in model.violates)))
+    return out
+
+
+BREAKS = "breaks: E energy is not bounded by the weights, R not reciprocal; gonio models NAME says why"
+
+
+def model_lines(model: "Model") -> Iterator[str]:
+    """One model in full: terms, shape parameters, and what it breaks."""
+    yield f"[bold]{model.name}[/bold]: {model.title}"
+    yield f"source {model.cite}, {model.confidence}\n"
+    yield "f = " + " + ".join(f"{w} {t.__name__}({', '.join(declarations(t))})" for w, t in model.terms.items()) + "\n"
+    for term in model.terms.values():
+        yield f"  [bold]{term.__name__}[/bold]  {(term.__doc__ or '').splitlines()[0]}"
+    for name, p in model.shape.items():
+        unit = f" {label(p.unit)}".rstrip()
+        yield f"  [bold]{name}[/bold]  {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}"
+    for law, why in model.violates.items():
+        yield f"breaks {law}: {why}"
+
+
+def solution_record(row: "Row") -> dict[str, Any]:
+    """A fit as plain data."""
+    attrs = row.solution.dataset.attrs
+    return {
+        "model": attrs["model"],
+        "solver": attrs["solver"],
+        "status": attrs["status"],
+        "seconds": attrs["seconds"],
+        "points": attrs["points"],
+        "weighting": attrs["weighting"],
+        "parameters": row.solution.parameters(),
+        "metrics": dict(row.metrics),
+    }
+
+
+def solution_table(solution: "Solution") -> "Table":
+    out = table("parameter", "value ± standard uncertainty", "unit", left=1)
+    units = solution.dataset["unit"].values
+    pairs = zip(solution.values.items(), solution.uncertainties.values(), units, strict=True)
+    for (name, value), spread, unit in pairs:
+        out.add_row(name, uncertain(value, spread), label(str(unit)))
+    out.columns[2].justify = "left"
+    return out
+
+
+def metrics_table(metrics: Mapping[str, float]) -> "Table":
+    from gonio.compare import METRICS
+
+    out = table("metric", "value", "meaning")
+    out.columns[2].justify = "left"
+    for name, value in metrics.items():
+        out.add_row(METRICS[name].title, figure(value), METRICS[name].brief)
+    return out
+
+
+def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
+    """Models side by side, with the drop of nRMSE against the paper's two references, as in Tables 2 and 3."""
+    from gonio.compare import METRICS, drop, reference_errors
+
+    references = reference_errors(rows)
+    heads = [metric.title for metric in METRICS.values()]
+    out = table("model", "free", *heads, *(f"vs {name}" for name in references), title=scan)
+    for row in rows:
+        own = row.metrics["nrmse"]
+        drops = [f"{drop(error, own):+.1f}%" if error != own else "–" for error in references.values()]
+        out.add_row(row.model.name, str(row.free_parameters), *(figure(row.metrics[n]) for n in METRICS), *drops)
+    return out
+
+
+ANGLES_A_TABLE = 7
+
+
+def incidence_tables(rows: Sequence["Row"]) -> "Iterator[Table]":
+    """nRMSE of every model at every incidence angle."""
+    angles = list(rows[0].by_incidence)
+    for start in range(0, len(angles), ANGLES_A_TABLE):
+        some = angles[start : start + ANGLES_A_TABLE]
+        out = table("nRMSE at theta_i [deg]", *(f"{angle:g}" for angle in some))
+        for row in rows:
+            out.add_row(row.model.name, *(figure(row.by_incidence[angle]["nrmse"]) for angle in some))
+        yield out
+
+
+def figure(value: float) -> str:
+    """Three significant digits, or a dash for a figure that the data do not allow."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e+")

@@ -1,0 +1,190 @@
+"""How far two reflectances are apart, and which of several models is nearest to a scan."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.fit.fitting import fit
+from gonio.fit.problem import Problem
+from gonio.fit.solution import Solution
+from gonio.fit.solver import Progress, Solver, silent
+from gonio.measured import dataset
+from gonio.model import Model
+
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One figure of merit: its heading, what it is in a few words and in full; smaller is better for each."""
+
+    title: str
+    brief: str
+    help: str
+
+
+METRICS: Mapping[str, Metric] = {
+    "delta": Metric(
+        "delta", "rms relative error", "rms of the error relative to the measured value, over positive values (guo2023, eq 9)"
+    ),
+    "E": Metric(
+        "E", "squared error over squared measurement", "weighted squared error over weighted squared measurement (eq 11)"
+    ),
+    "nrmse": Metric(
+        "nRMSE",
+        "rms error of curves over their specular value",
+        "rms difference of curves that are each divided by their own value at the specular angle (Tables 2 and 3)",
+    ),
+    "log10_rmse": Metric(
+        "lg RMSE", "rms error of the decimal logarithm", "rms difference of decimal logarithms, over values positive in both"
+    ),
+}
+
+# What the paper calls T-S and T-C: the second is wang-2016 for its metals and liu-2016 for its coatings.
+REFERENCES: Mapping[str, tuple[str, ...]] = {"T-S": ("torrance-sparrow",), "T-C": ("wang-2016", "liu-2016")}
+
+
+def metrics(points: xr.Dataset, modelled: Values, weights: Values | None = None) -> dict[str, float]:
+    """Every metric of METRICS between the BRDF of a flat scan and `modelled` at the same directions.
+
+    `weights` are those of E (eq 11), 1 where None. A metric that the data do not allow is NaN: delta and log10_rmse
+    without positive values, nrmse without a curve that holds its specular angle.
+    """
+    measured = points["brdf"].values
+    weights = np.ones_like(measured) if weights is None else weights
+    positive = measured > 0
+    both = positive & (modelled > 0)
+    error = modelled - measured
+    return {
+        "delta": _rms(error[positive] / measured[positive]),
+        "E": float(np.sum(weights * error**2) / np.sum(weights * measured**2)),
+        "nrmse": _rms(_normalised_error(points, modelled)),
+        "log10_rmse": _rms(np.log10(modelled[both] / measured[both])),
+    }
+
+
+def metrics_by_incidence(points: xr.Dataset, modelled: Values) -> dict[float, dict[str, float]]:
+    """The metrics of each incidence angle [deg] on its own."""
+    theta_i = points["theta_i"].values
+    rows = {float(angle): np.flatnonzero(theta_i == angle) for angle in np.unique(theta_i)}
+    return {angle: metrics(points.isel(direction=at), modelled[at]) for angle, at in rows.items()}
+
+
+def drop(reference: float, value: float) -> float:
+    """Percentage by which `value` is below `reference`, as in Tables 2 and 3 (negative where it is above)."""
+    return 100 * (reference - value) / reference
+
+
+def curves(points: xr.Dataset) -> Iterator[tuple[dict[str, Any], npt.NDArray[np.intp]]]:
+    """The in-plane curves of a flat scan: what tells each apart, and its rows in the order of signed theta_r."""
+    keys = ("theta_i", *dataset.sets(points))
+    columns = [points[key].values for key in keys]
+    signed, in_plane = dataset.signed_theta_r(points), dataset.is_in_plane(points)
+    for row in sorted(set(zip(*(c.tolist() for c in columns), strict=True))):
+        rows = np.flatnonzero(in_plane & np.all([c == v for c, v in zip(columns, row, strict=True)], axis=0))
+        if rows.size:
+            yield dict(zip(keys, row, strict=True)), rows[np.argsort(signed[rows], kind="stable")]
+
+
+def at_specular(theta_r: Values, values: Values, theta_i: float) -> float:
+    """A curve's value at its specular angle, interpolated; NaN where the scan does not reach it."""
+    if not theta_r[0] <= theta_i <= theta_r[-1]:
+        return math.nan
+    return float(np.interp(theta_i, theta_r, values))
+
+
+def _normalised_error(points: xr.Dataset, modelled: Values) -> Values:
+    """Differences of the curves that hold their specular angle, each curve normalised by its own value there."""
+    signed, measured = dataset.signed_theta_r(points), points["brdf"].values
+    errors = []
+    for key, rows in curves(points):
+        ours = at_specular(signed[rows], modelled[rows], key["theta_i"])
+        theirs = at_specular(signed[rows], measured[rows], key["theta_i"])
+        if ours > 0 and theirs > 0:
+            errors.append(modelled[rows] / ours - measured[rows] / theirs)
+    return np.concatenate(errors) if errors else np.empty(0)
+
+
+def _rms(values: Values) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
+
+
+@dataclass(frozen=True)
+class Row:
+    """One model on one scan."""
+
+    model: Model
+    solution: Solution
+    free_parameters: int
+    metrics: Mapping[str, float]
+    by_incidence: Mapping[float, Mapping[str, float]]
+
+
+def predict(model: Model, solution: Solution, points: xr.Dataset) -> Values:
+    """The fitted BRDF at the directions of a flat scan."""
+    return np.asarray(model(dataset.geometry(points), solution.at(points)), dtype=float)
+
+
+def assess(problem: Problem, solution: Solution) -> Row:
+    """A fit and its metrics over the points that it was fitted to, E under the weights of the fit."""
+    modelled = predict(problem.model, solution, problem.points)
+    weights = None if problem.logarithmic else problem.root_weights**2
+    return Row(
+        problem.model,
+        solution,
+        len(problem.names),
+        metrics(problem.points, modelled, weights),
+        metrics_by_incidence(problem.points, modelled),
+    )
+
+
+def rank(
+    scan: xr.Dataset,
+    models: Sequence[Model],
+    *,
+    by: str = "E",
+    solver: Solver | None = None,
+    progress: Progress = silent,
+    **options: Any,
+) -> list[Row]:
+    """Fit several models to one scan and order them by a metric, the nearest first.
+
+    `options` are those of Problem; held, grouped, shared and bounded names apply to the models that have them.
+    Raises ValueError for a name that none of the models has, or a metric that does not exist.
+    """
+    if by not in METRICS:
+        raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
+    rows = []
+    for done, model in enumerate(models, start=1):
+        problem = Problem(model, scan, **_for_model(model, models, options))
+        rows.append(assess(problem, fit(problem, solver)))
+        progress(done / len(models))
+    return sorted(rows, key=lambda row: (math.isnan(row.metrics[by]), row.metrics[by]))
+
+
+def reference_errors(rows: Sequence[Row], metric: str = "nrmse") -> dict[str, float]:
+    """The error of the paper's reference models among `rows`; where both T-C models are there, the better one's."""
+    known = {row.model.name: row.metrics[metric] for row in rows}
+    found = {short: [known[name] for name in names if name in known] for short, names in REFERENCES.items()}
+    return {short: min(errors) for short, errors in found.items() if errors}
+
+
+def _for_model(model: Model, models: Sequence[Model], options: Mapping[str, Any]) -> dict[str, Any]:
+    out = dict(options)
+    known = {name for m in models for name in m.parameters}
+    for what in ("held", "grouped", "bounds", "shared"):
+        given = options.get(what)
+        if not given:
+            continue
+        if unknown := [name for name in given if name not in known]:
+            raise ValueError(f"{what}: none of the models has a parameter {unknown[0]!r}; there are {', '.join(sorted(known))}")
+        if isinstance(given, Mapping):
+            out[what] = {name: value for name, value in given.items() if name in model.parameters}
+        else:
+            out[what] = tuple(name for name in given if name in model.parameters)
+    return out

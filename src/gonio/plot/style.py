@@ -1,0 +1,92 @@
+"""How every figure looks: colours that colour-blind readers tell apart, units on every axis, PNG and SVG."""
+
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.files import refuse_existing, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Values = npt.NDArray[np.float64]
+Predictor = Callable[[xr.Dataset], Values]  # a fitted model: the BRDF at the directions of a flat scan
+
+# Okabe and Ito's palette, ordered by contrast on white; line styles repeat the distinction for grey prints.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
+MEASURED = {"color": "0.25", "marker": "o", "markersize": 2.4, "linestyle": "none", "markeredgewidth": 0}
+BRDF_LABELS = {"sr-1": "BRDF [sr⁻¹]", "a.u.": "BRDF [a.u.]"}
+THETA_R = "θᵣ [deg], positive is forward"
+
+
+def line_style(k: int) -> dict[str, Any]:
+    """Colour and dashes of the k-th curve."""
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k % len(DASHES)], "linewidth": 1.5}
+
+
+def house_style() -> AbstractContextManager[None]:
+    """Matplotlib settings shared by all figures; wrap drawing and saving in it."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(
+        {
+            "font.family": "DejaVu Sans",
+            "font.size": 9,
+            "axes.titlesize": 9.5,
+            "axes.labelsize": 9,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.grid": True,
+            "grid.color": "0.9",
+            "grid.linewidth": 0.6,
+            "legend.frameon": False,
+            "legend.fontsize": 8.5,
+            "figure.dpi": 110,
+            "savefig.dpi": 160,
+            "svg.fonttype": "none",
+            "svg.hashsalt": "gonio",
+        }
+    )
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """A figure without a window or global state."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def mark_specular(ax: "Axes", theta_i: float) -> None:
+    """A thin line at the specular angle."""
+    ax.axvline(theta_i, color="0.75", linewidth=0.8, zorder=0)
+
+
+def angle_ticks(ax: "Axes", least: float, most: float) -> None:
+    """Ticks at round angles across a scan."""
+    step = 30 if most - least > 90 else 15
+    ax.set_xticks([t for t in range(-90, 91, step) if least - 5 <= t <= most + 5])
+
+
+def shared_legend(figure: "Figure", ax: "Axes", columns: int = 4) -> None:
+    """One legend for all panels, under them."""
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(columns, len(labels)))
+
+
+def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"), force: bool = False) -> list[Path]:
+    """Write a figure beside `path` in each format; FileExistsError where one is there and `force` is False."""
+    targets = [path.with_name(path.name + suffix) for suffix in suffixes]
+    for target in targets:
+        refuse_existing(target, force)
+    with house_style():
+        for target in targets:
+            with replacing(target, force) as temporary:
+                figure.savefig(temporary, metadata={"Date": None} if target.suffix == ".svg" else None)
+    return targets

@@ -33,9 +33,7 @@ class Geometry(Directions):
     """
 
     @classmethod
-    def from_degrees(
-        cls, theta_i: Array, theta_r: Array, phi: Array = 180.0, phi_i: Array = 0.0
-    ) -> "Geometry":
+    def from_degrees(cls, theta_i: Array, theta_r: Array, phi: Array = 180.0, phi_i: Array = 0.0) -> "Geometry":
         """From incidence, reflection and relative azimuth angles [deg]; `phi_i` [deg] from the surface's x axis."""
         xp, angles = align(theta_i, theta_r, phi, phi_i)
         t_i, t_r, azimuth, azimuth_i = (to_radians(a) for a in angles)

@@ -10,7 +10,7 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from gonio.arrays import Array, align, is_traced_never
 from gonio.geometry import Geometry
@@ -119,9 +119,10 @@ class Model:
         known = tuple(known)
         for name in given:
             if name not in known:
+                shape = ", ".join(self.shape) or "none"
                 raise ValueError(
                     f"{self.name} has no parameter {name!r}; "
-                    f"its weights are {', '.join(self.weights)} and its shape parameters {', '.join(self.shape) or 'none'}"
+                    f"its weights are {', '.join(self.weights)} and its shape parameters {shape}"
                 )
 
 
@@ -146,14 +147,16 @@ def _unit(term: Term) -> str:
     return notes[0].unit
 
 
-class NearestNames(dict[str, Any]):
+Entry = TypeVar("Entry")
+
+
+class NearestNames(dict[str, Entry], Generic[Entry]):
     """A mapping by name whose KeyError offers the nearest names."""
 
-    def __init__(self, kind: str, entries: Mapping[str, Any]) -> None:
+    def __init__(self, kind: str, entries: Mapping[str, Entry]) -> None:
         super().__init__(entries)
         self.kind = kind
 
-    def __missing__(self, name: str) -> Any:
+    def __missing__(self, name: str) -> Entry:
         near = get_close_matches(name, self, n=3, cutoff=0.4) or list(self)
         raise KeyError(f"no {self.kind} is called {name!r}; nearest: {', '.join(near)}")
-

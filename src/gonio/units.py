@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,12 @@ UNITS = {
 CF_STRINGS = {"angle": "degree", "length": "nm", "brdf": "sr-1", "relative": "a.u."}
 
 
-def to_radians(degrees: float) -> float:
+def to_radians(degrees: Any) -> Any:
     """The one place where degrees become radians; works on any array."""
     return degrees * (math.pi / 180.0)
 
 
-def to_degrees(radians: float) -> float:
+def to_degrees(radians: Any) -> Any:
     """Radians to degrees, on any array."""
     return radians * (180.0 / math.pi)
 

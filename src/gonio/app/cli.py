@@ -77,7 +77,9 @@ def evaluate(
     values: Annotated[
         list[str], typer.Option("--set", metavar="NAME=VALUE", help="weights (0 if left out) and shape (default)")
     ] = [],  # noqa: B006 - typer reads the default and never changes it
-    published: Annotated[str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")] = "",
+    published: Annotated[
+        str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")
+    ] = "",
     json: Json = "",
 ) -> None:
     """Evaluate a model at given directions."""
@@ -94,7 +96,8 @@ def evaluate(
     unit = surface.unit if surface else "sr-1"
     given = arguments.numbers(values, "--set")
     out = [
-        float(chosen(Geometry.from_degrees(*place), (surface.at(place[0]) if surface else {}) | given)) for place in places
+        float(chosen(Geometry.from_degrees(*place), (surface.at(place[0]) if surface else {}) | given))
+        for place in places
     ]
     if json:
         text = "1/sr" if unit == "sr-1" else unit

@@ -38,7 +38,9 @@ def draw(kind: str, ranked: Ranked, normalised: bool = False) -> "Figure":
 
 
 def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:
-    return {row.model.name: partial(predict, row.model, row.solution) for row in rows}
+    """A function of directions for each fit, in the order of the names, so that a model keeps its colour."""
+    ordered = sorted(rows, key=lambda row: row.model.name)
+    return {row.model.name: partial(predict, row.model, row.solution) for row in ordered}
 
 
 def _curves(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
@@ -65,7 +67,7 @@ def _hemisphere(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bo
     best, flat = rows[0], dataset.points(scan)
     angles = np.unique(flat["theta_i"].values)
     chosen = angles[np.unique(np.linspace(0, len(angles) - 1, MOST_PANELS).round().astype(int))]
-    panels = {}
+    panels: dict[str, tuple[float, Callable[[Geometry], Any]]] = {}
     for angle in chosen:
         here = flat.isel(direction=[int(np.flatnonzero(flat["theta_i"].values == angle)[0])])
         values = {k: float(np.ravel(v)[0]) for k, v in best.solution.at(here).items()}
@@ -81,7 +83,7 @@ def _errors(ranked: Ranked) -> "Figure":
     angles = sorted(set.intersection(*({*rows[0].by_incidence} for _, rows in ranked.values())))
     if not angles:
         raise ValueError("the scans have no incidence angle in common")
-    names = [row.model.name for row in next(iter(ranked.values()))[1]]
+    names = sorted(row.model.name for row in next(iter(ranked.values()))[1])
     errors = {
         model: {
             scan: [next(r for r in rows if r.model.name == model).by_incidence[a]["nrmse"] for a in angles]

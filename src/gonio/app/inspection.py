@@ -40,7 +40,13 @@ def describe(path: Path) -> dict[str, Any]:
             {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(flat)
         ],
         "half_widths": [
-            {"curve": h.curve, "gamma": h.gamma, "uncertainty": h.uncertainty, "floor": h.floor, "status": str(h.status)}
+            {
+                "curve": h.curve,
+                "gamma": h.gamma,
+                "uncertainty": h.uncertainty,
+                "floor": h.floor,
+                "status": str(h.status),
+            }
             for h in half_widths(flat)
         ],
     }

@@ -58,7 +58,7 @@ def uncertain(value: float, uncertainty: float) -> str:
         return f"{value:.6g} (held)"
     if not math.isfinite(uncertainty):
         return f"{value:.4g} (not determined)"
-    if uncertainty <= 0 or value == 0 and uncertainty < 1e-300:
+    if uncertainty <= 0 or (value == 0 and uncertainty < 1e-300):
         return f"{value:.6g} ± 0"
     digits = max(1 - math.floor(math.log10(uncertainty)), 0)
     if digits > 6 or max(abs(value), uncertainty) >= 1e7:
@@ -173,7 +173,7 @@ ANGLES_A_TABLE = 7
 
 
 def incidence_tables(rows: Sequence["Row"]) -> "Iterator[Table]":
-    """nRMSE of every model at every incidence angle."""
+    """NRMSE of every model at every incidence angle."""
     angles = list(rows[0].by_incidence)
     for start in range(0, len(angles), ANGLES_A_TABLE):
         some = angles[start : start + ANGLES_A_TABLE]

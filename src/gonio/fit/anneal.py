@@ -18,8 +18,8 @@ BLOCK = 256  # steps whose random numbers are drawn at once
 class Anneal:
     """Metropolis search under a falling temperature; the names are those of Appendix A.
 
-    initial_temperature, final_temperature, cooling_rate: the temperature, in units of E, is multiplied by the rate after
-        each iteration; the search ends below the final one. max_iterations: of each chain.
+    initial_temperature, final_temperature, cooling_rate: the temperature, in units of E, is multiplied by the rate
+        after each iteration; the search ends below the final one. max_iterations: of each chain.
     tolerance: the search ends when the best E has changed by less over `patience` iterations (the appendix names no
         window; without one the first refused step would end the search). Zero never ends it.
     lb, ub: bounds of weights and shape by name, where they should be narrower than the problem's. An upper bound that
@@ -98,7 +98,10 @@ class Anneal:
 
 
 class _Objective:
-    """E (eq 11) of many candidates at once, in coordinates from 0 (lb) to 1 (ub); the design is kept where no shape is free."""
+    """E (eq 11) of many candidates at once, in coordinates from 0 (lb) to 1 (ub).
+
+    The design is computed once where no shape is free.
+    """
 
     def __init__(self, problem: Problem, lb: Values, ub: Values) -> None:
         self.problem = problem

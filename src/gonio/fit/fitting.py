@@ -78,7 +78,9 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
 
 def _at_bound(vector: Values, bound: Values) -> npt.NDArray[np.bool_]:
     """At a bound to within rounding of the search's own coordinates."""
-    near: npt.NDArray[np.bool_] = np.isfinite(bound) & (np.abs(vector - bound) <= 1e-9 * np.maximum(np.abs(bound), 1e-300))
+    near: npt.NDArray[np.bool_] = np.isfinite(bound) & (
+        np.abs(vector - bound) <= 1e-9 * np.maximum(np.abs(bound), 1e-300)
+    )
     return near
 
 

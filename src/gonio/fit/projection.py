@@ -72,9 +72,7 @@ class Projection:
         costs = np.array([reduced.cost(p) for p in points]).reshape(shape)
         padded = np.pad(costs, 1, constant_values=np.inf)
         shifts = [s for s in itertools.product((-1, 0, 1), repeat=dimensions) if any(s)]
-        around = [
-            padded[tuple(slice(1 + d, 1 + d + n) for d, n in zip(s, shape, strict=True))] for s in shifts
-        ]
+        around = [padded[tuple(slice(1 + d, 1 + d + n) for d, n in zip(s, shape, strict=True))] for s in shifts]
         minima = np.flatnonzero((costs <= np.min(around, axis=0)).ravel())
         order = minima[np.argsort(costs.ravel()[minima])]
         return [points[k] for k in order[: self.searches]]

@@ -45,8 +45,8 @@ class Optimum:
 class Solution:
     """A fitted model as a Dataset over `parameter`, and the views of it that people ask for.
 
-    Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`, `held`,
-    `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
+    Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
+    `held`, `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
     Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points.
     """
 
@@ -89,7 +89,9 @@ class Solution:
             table = dict(zip(part["group"].values.tolist(), part["value"].values.tolist(), strict=True))
             labels = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
-                raise ValueError(f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}")
+                raise ValueError(
+                    f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}"
+                )
             found[name] = np.array([table[label] for label in labels])
         return found
 
@@ -99,7 +101,9 @@ class Solution:
         for name, part in self._by_name():
             pairs = [
                 {"value": value, "uncertainty": spread}
-                for value, spread in zip(part["value"].values.tolist(), part["uncertainty"].values.tolist(), strict=True)
+                for value, spread in zip(
+                    part["value"].values.tolist(), part["uncertainty"].values.tolist(), strict=True
+                )
             ]
             unit, by = str(part["unit"].values[0]), str(part["by"].values[0])
             if by:

@@ -1,4 +1,4 @@
-"""Ready weightings of the objective (guo2023, eq 11): each turns the points of a scan into weights of their squared errors."""
+"""Ready weightings of the objective (guo2023, eq 11): the points of a scan into weights of their squared errors."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -34,7 +34,9 @@ def _solid_angle(points: xr.Dataset) -> Values:
 
 def _inverse_variance(points: xr.Dataset) -> Values:
     if "uncertainty" not in points:
-        raise ValueError("weighting by uncertainty needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none")
+        raise ValueError(
+            "weighting by uncertainty needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none"
+        )
     uncertainty = points["uncertainty"].values
     unknown = int((~(uncertainty > 0)).sum())
     if unknown:

@@ -73,11 +73,15 @@ def _values(scan: xr.Dataset) -> list[Finding]:
     if not used.any():
         return [Finding(Severity.ERROR, "no value is in use", "every value is masked or missing: loosen the masks")]
     if not values[used].any():
-        found.append(Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong"))
+        found.append(
+            Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong")
+        )
     infinite = np.isinf(values)
     if infinite.any():
         found.append(
-            Finding(Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", _lines(scan, infinite))
+            Finding(
+                Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", _lines(scan, infinite)
+            )
         )
     negative = used & (values < 0)
     if negative.any():
@@ -89,7 +93,9 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         found.append(Finding(Severity.NOTE, f"{gaps} values are missing (NaN)", "they take no part in fits"))
     masked = int((~used).sum()) - gaps
     if masked > 0:
-        found.append(Finding(Severity.NOTE, f"{masked} values are masked", "they stay in the file and take no part in fits"))
+        found.append(
+            Finding(Severity.NOTE, f"{masked} values are masked", "they stay in the file and take no part in fits")
+        )
     if "uncertainty" in scan:
         unknown = used & ~(scan["uncertainty"].values > 0)
         if unknown.any():

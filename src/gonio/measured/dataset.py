@@ -1,9 +1,9 @@
 """The one kind of thing that travels: an xarray Dataset of a BRDF over directions.
 
 Variables: `brdf` [sr-1, or a.u. for relative data]; optional `uncertainty` (standard, k = 1) and
-`uncertainty_systematic` in the same unit; optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90) and
-`phi` [degree], and `wavelength` [nm], `channel` or `scan` where there are several. Dimensions are either dense or one flat
-`direction`. `history` has one line a step and `provenance` the header lines of the file it came from.
+`uncertainty_systematic` in the same unit; optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90)
+and `phi` [degree], and `wavelength` [nm], `channel` or `scan` where there are several. Dimensions are either dense or
+one flat `direction`. `history` has one line a step and `provenance` the header lines of the file it came from.
 """
 
 from collections.abc import Mapping, Sequence
@@ -73,7 +73,9 @@ def unit(scan: xr.Dataset) -> str:
     """`sr-1` or, for relative data, `a.u.`; ValueError where the Dataset does not say."""
     found = scan["brdf"].attrs.get("units")
     if found not in (ABSOLUTE, RELATIVE):
-        raise ValueError(f"the BRDF's unit is {found!r}: set brdf.attrs['units'] to 'sr-1', or 'a.u.' for relative data")
+        raise ValueError(
+            f"the BRDF's unit is {found!r}: set brdf.attrs['units'] to 'sr-1', or 'a.u.' for relative data"
+        )
     return str(found)
 
 
@@ -130,10 +132,8 @@ def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
         if name not in flat.coords:
             raise ValueError(f"there is no coordinate {name!r} to select; there are {', '.join(map(str, flat.coords))}")
         values = flat[name].values
-        if values.dtype.kind in "if":
-            keep = np.isclose(values.astype(float), float(wanted))
-        else:
-            keep = values == str(wanted)
+        is_number = values.dtype.kind in "if"
+        keep = np.isclose(values.astype(float), float(wanted)) if is_number else values == str(wanted)
         if not keep.any():
             raise ValueError(f"no {name} is {wanted}; there are {', '.join(f'{v}' for v in np.unique(values))}")
         flat = flat.isel(direction=np.flatnonzero(keep))
@@ -149,4 +149,6 @@ def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
         flatten(s).assign_coords(scan=("direction", np.full(flatten(s).sizes["direction"], name)))
         for name, s in scans.items()
     ]
-    return xr.concat(flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts")
+    return xr.concat(
+        flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts"
+    )

@@ -24,16 +24,19 @@ def simulate(
     blocked: float = 0.0,
     seed: int = 0,
     unit: str = ABSOLUTE,
+    wavelength: float | None = None,
 ) -> xr.Dataset:
     """An in-plane scan of `model` at every pair of theta_i and signed theta_r [deg].
 
     A value that is a mapping from theta_i to a number changes with the incidence angle. `noise` is the standard
     deviation relative to each value, `offset_noise` the absolute one; both are normal and seeded, and their
-    combined standard uncertainty is stated in the scan. `blocked` [deg] masks the beam, as `mask` does.
+    combined standard uncertainty is stated in the scan. `blocked` [deg] masks the beam, as `mask` does;
+    `wavelength` [nm] labels every value.
     Raises KeyError where a mapping has no value for an incidence angle.
     """
     incidence, reflection = (a.ravel() for a in np.meshgrid(theta_i, theta_r, indexing="ij"))
-    scan = make_scan(incidence, reflection, np.zeros(incidence.shape), unit=unit)
+    colour = {} if wavelength is None else {"wavelength": np.full(incidence.shape, float(wavelength))}
+    scan = make_scan(incidence, reflection, np.zeros(incidence.shape), unit=unit, coordinates=colour)
     at_points = {
         name: np.array([value[angle] for angle in incidence]) if isinstance(value, Mapping) else value
         for name, value in values.items()

@@ -10,7 +10,7 @@ from gonio.model import Model, NearestNames
 
 
 @functools.cache
-def _catalogue() -> NearestNames:
+def _catalogue() -> NearestNames[Model]:
     found: set[Model] = set()
     for module in pkgutil.iter_modules(__path__):
         contents = vars(importlib.import_module(f"{__name__}.{module.name}"))

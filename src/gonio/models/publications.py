@@ -54,7 +54,7 @@ def load(cite: str) -> dict[str, Any]:
 
 
 @functools.cache
-def _published() -> NearestNames:
+def _published() -> NearestNames[Published]:
     entries = {}
     for path in sorted(files(__package__).iterdir(), key=lambda p: p.name):
         if path.name.endswith(".toml"):

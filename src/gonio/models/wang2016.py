@@ -9,9 +9,7 @@ from gonio.model import Model, Parameter, PerDegree
 from gonio.optics.diffuse import uniform
 from gonio.optics.facets import gaussian_facets
 
-LobeWidth = Annotated[
-    float, Parameter(32.0, 1.0, 720.0, "standard deviation of the directional-diffuse lobe", "deg")
-]
+LobeWidth = Annotated[float, Parameter(32.0, 1.0, 720.0, "standard deviation of the directional-diffuse lobe", "deg")]
 
 
 def gaussian_lobe(g: Geometry, sigma_m: LobeWidth) -> PerDegree:

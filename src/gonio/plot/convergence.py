@@ -13,9 +13,16 @@ if TYPE_CHECKING:
 
 
 def convergence(
-    histories: Mapping[str, npt.NDArray[np.float64]], *, exact: float | None = None, title: str = ""
+    histories: Mapping[str, npt.NDArray[np.float64]],
+    *,
+    exact: float | None = None,
+    relative: bool = False,
+    title: str = "",
 ) -> "Figure":
-    """Best E (eq 11) of every chain over the iterations, on logarithmic axes; `exact` draws the least E there is."""
+    """Best E (eq 11) of every chain over the iterations, on logarithmic axes; `exact` draws the least E there is.
+
+    `relative` says that the histories are divided by it.
+    """
     with house_style():
         figure = new_figure(6.2, 3.7)
         ax = figure.subplots()
@@ -28,7 +35,7 @@ def convergence(
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlabel("iteration")
-        ax.set_ylabel("best E so far (eq 11) [1]")
+        ax.set_ylabel("best E so far / least E [1]" if relative else "best E so far (eq 11) [1]")
         ax.legend()
         if title:
             ax.set_title(title)

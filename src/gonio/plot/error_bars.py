@@ -40,10 +40,13 @@ def error_bars(
         ax.set_xticks(places, [f"{angle:g}°" for _ in samples for angle in theta_i])
         for k, sample in enumerate(samples):
             centre = k * (len(theta_i) + 1) + (len(theta_i) - 1) / 2
-            ax.annotate(sample, (centre, 0), (0, -24), ("data", "axes fraction"), "offset points", ha="center", weight="bold")
+            ax.annotate(
+                sample, (centre, 0), (0, -24), ("data", "axes fraction"), "offset points", ha="center", weight="bold"
+            )
         ax.set_xlabel("incidence angle θᵢ of each sample", labelpad=20)
         ax.set_ylabel(f"{metric}, stacked [1]")
         ax.grid(axis="x", visible=False)
+        ax.set_axisbelow(True)
         shared_legend(figure, ax)
         if title:
             ax.set_title(title)

@@ -1,7 +1,7 @@
 """A BRDF over the whole hemisphere seen from above, on a true polar projection (guo2023, Figs 8 and 9)."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,12 +45,18 @@ def hemisphere(
         figure = new_figure(4.5 * columns, 3.5 * rows + 0.3)
         top = max(float(v.max()) for v in views.values())
         for k, (name, view) in enumerate(views.items()):
-            ax = figure.add_subplot(rows, columns, k + 1, projection="polar")
+            ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
             most = top if one_scale else float(view.max())
             least = float(view[view > 0].min())
             norm = LogNorm(max(least, most / 1e6), most) if logarithmic else Normalize(0.0, most)
             mesh = ax.pcolormesh(
-                np.radians(180.0 - azimuth), distance, view, norm=norm, cmap="cividis", shading="gouraud", rasterized=True
+                np.radians(180.0 - azimuth),
+                distance,
+                view,
+                norm=norm,
+                cmap="cividis",
+                shading="gouraud",
+                rasterized=True,
             )
             theta_i = panels[name][0]
             ax.plot(0.0, theta_i, marker="+", color="white", markersize=9, markeredgewidth=1.4)
@@ -60,7 +66,7 @@ def hemisphere(
             ax.set_xticks(np.radians([0, 90, 180, 270]), ["180°\nforward", "90°", "0°\nback", "270°"], fontsize=8)
             ax.tick_params(axis="x", pad=7)
             ax.grid(color="white", alpha=0.35, linewidth=0.6)
-            ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=4)
+            ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=12)
             figure.colorbar(mesh, ax=ax, label=BRDF_LABELS[unit], shrink=0.75, pad=0.14)
         note = "centre θᵣ = 0, rim 90°; angle φ; + specular direction"
         figure.suptitle(f"{title}  ·  {note}" if title else note, fontsize=9.5)

@@ -21,7 +21,13 @@ Predictor = Callable[[xr.Dataset], Values]  # a fitted model: the BRDF at the di
 # Okabe and Ito's palette, ordered by contrast on white; line styles repeat the distinction for grey prints.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
-MEASURED = {"color": "0.25", "marker": "o", "markersize": 2.4, "linestyle": "none", "markeredgewidth": 0}
+MEASURED: dict[str, Any] = {
+    "color": "0.25",
+    "marker": "o",
+    "markersize": 2.4,
+    "linestyle": "none",
+    "markeredgewidth": 0,
+}
 BRDF_LABELS = {"sr-1": "BRDF [sr⁻¹]", "a.u.": "BRDF [a.u.]"}
 THETA_R = "θᵣ [deg], positive is forward"
 

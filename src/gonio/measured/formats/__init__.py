@@ -16,7 +16,7 @@ HEAD = 4096  # bytes that a format may look at to recognise a file
 
 
 @functools.cache
-def formats() -> NearestNames:
+def formats() -> NearestNames[Format]:
     """Every format by name, in the order in which they are asked."""
     found = set()
     for module in pkgutil.iter_modules(__path__):
@@ -55,7 +55,9 @@ def write(scan: xr.Dataset, path: str | Path, force: bool = False) -> Format:
     path = Path(path)
     writable = {f.suffix: f for f in formats().values() if f.write}
     if path.suffix not in writable:
-        raise ValueError(f"{path}: no format is written to {path.suffix or 'a name without suffix'}; use {' or '.join(writable)}")
+        raise ValueError(
+            f"{path}: no format is written to {path.suffix or 'a name without suffix'}; use {' or '.join(writable)}"
+        )
     chosen = writable[path.suffix]
     assert chosen.write is not None
     with replacing(path, force) as temporary:

@@ -23,12 +23,16 @@ def _read(path: Path) -> xr.Dataset:
             scan = opened.load()
     except (ValueError, ImportError) as error:
         if is_hdf5 and "h5netcdf" in str(error):
-            raise FormatError(path, "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3") from error
+            raise FormatError(
+                path, "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3"
+            ) from error
         raise FormatError(path, f"is a damaged NetCDF file ({error})") from error
     except Exception as error:  # the NetCDF reader raises whatever the damaged bytes lead it to
         raise FormatError(path, f"is a damaged NetCDF file ({type(error).__name__}: {error})") from error
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
-        raise FormatError(path, f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi")
+        raise FormatError(
+            path, f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
+        )
     for name in ("channel", "scan"):
         if name in scan.variables and scan[name].dtype.kind in "OS":
             scan[name] = scan[name].astype(str)

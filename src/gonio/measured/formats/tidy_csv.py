@@ -4,8 +4,8 @@
     theta_i_deg,theta_r_deg,wavelength_nm,brdf_sr-1,uncertainty_sr-1
     30,-80,633,0.0241,0.0003
 
-theta_r is signed (positive forward) unless there is a column phi_deg. `brdf_a.u.` marks relative data. `std_` is read as
-`uncertainty_`. Any other column is kept beside the ones that gonio knows.
+theta_r is signed (positive forward) unless there is a column phi_deg. `brdf_a.u.` marks relative data. `std_` is read
+as `uncertainty_`. Any other column is kept beside the ones that gonio knows.
 """
 
 import csv
@@ -71,14 +71,18 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
     with path.open("rb") as file:
         for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
             if b"\0" in raw:
-                raise FormatError(path, "holds zero bytes: this is no text file; gonio reads tidy CSV", f"line {number}")
+                raise FormatError(
+                    path, "holds zero bytes: this is no text file; gonio reads tidy CSV", f"line {number}"
+                )
             try:
                 text = raw.decode("utf-8-sig" if number == 1 else "utf-8")
             except UnicodeDecodeError as error:
                 at = f"line {number}, byte {error.start + 1}"
                 raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", at) from error
             if len(raw) > LONGEST_LINE:
-                raise FormatError(path, f"is longer than {LONGEST_LINE} bytes: this is no row of a scan", f"line {number}")
+                raise FormatError(
+                    path, f"is longer than {LONGEST_LINE} bytes: this is no row of a scan", f"line {number}"
+                )
             yield number, text.rstrip("\r\n")
 
 
@@ -117,7 +121,9 @@ def _column(path: Path, where: str, cell: str) -> Column:
     if name in QUANTITIES:
         known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
         if unit not in known:
-            raise FormatError(path, f"column {cell!r} has the unit {unit!r}: {name} needs one of {', '.join(known)}", where)
+            raise FormatError(
+                path, f"column {cell!r} has the unit {unit!r}: {name} needs one of {', '.join(known)}", where
+            )
         return Column(name, unit)
     if cell in QUANTITIES or cell == "std":
         wanted = QUANTITIES["uncertainty" if cell == "std" else cell]
@@ -199,7 +205,9 @@ def _dataset(
     by_name = {column.name: np.array(values) for column, values in zip(columns, cells, strict=True)}
     units = {column.name: column.cf_unit for column in columns}
     if not np.any(np.nan_to_num(by_name["brdf"])):
-        raise FormatError(path, "every brdf value is zero: the detector saw nothing, or the column is wrong", f"line {rows[0]}")
+        raise FormatError(
+            path, "every brdf value is zero: the detector saw nothing, or the column is wrong", f"line {rows[0]}"
+        )
     known = {"theta_i", "theta_r", "phi", "brdf", "uncertainty", *SETS}
     variables = {name: (_numbers_if_all(v), units[name]) for name, v in by_name.items() if name not in known}
     if "mask" in variables:

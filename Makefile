@@ -1,0 +1,64 @@
+# Two commands on a machine with Python 3.11+ and make:  make demo   and   make test
+# Both install the wheel of this checkout into .venv; once that is done they need no network.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE
+PIP := $(BIN)/python -m pip --disable-pip-version-check -q
+THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+
+.PHONY: demo test check bench real-surfaces figures lock clean
+
+demo: $(VENV)/.gonio
+	$(BIN)/gonio demo --out demo --force
+
+test: check
+	$(THREADS) $(BIN)/python -m pytest --cov --cov-report=term --cov-fail-under=95
+
+check: $(VENV)/.test $(VENV)/.gonio
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo --no-cache
+
+# Exact weights against annealing on the real scans, and start-up times; writes benchmarks/results.json and .md.
+bench: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/bench.py
+
+# docs/real-surfaces.md and its figures from the shared scans.
+real-surfaces: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python docs/real_surfaces.py
+
+# The figures of the README.
+figures: $(VENV)/.gonio
+	$(BIN)/python docs/readme_figure.py
+
+# The locks, hashes and no index address; needs uv.
+COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q
+lock:
+	$(COMPILE) --extra build -o requirements.lock
+	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock
+
+clean:
+	rm -rf $(VENV) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+$(VENV)/.venv:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "gonio needs Python 3.11 or later; name one with PYTHON=")'
+	$(PYTHON) -m venv $(VENV)
+	touch $@
+
+$(VENV)/.run: requirements.lock $(VENV)/.venv
+	@echo "installing what gonio needs"
+	$(PIP) install --require-hashes -r requirements.lock
+	touch $@
+
+$(VENV)/.test: requirements-test.lock $(VENV)/.run
+	@echo "installing what the checks need"
+	$(PIP) install --require-hashes -r requirements-test.lock
+	touch $@
+
+# The wheel, as a user gets it: built and installed without network or cache.
+$(VENV)/.gonio: $(VENV)/.run $(SOURCES)
+	$(PIP) install --no-index --no-deps --no-build-isolation --force-reinstall .
+	touch $@

@@ -24,8 +24,15 @@ def align(*values: Array) -> tuple[Any, tuple[Array, ...]]:
     floating = [a for a in ranked if xp.isdtype(a.dtype, "real floating")]
     deciding = [a for a in floating if a.ndim > 0] or floating
     dtype = xp.result_type(*deciding) if deciding else xp.asarray(0.0).dtype
+    native = {id(a) for a in ranked if not isinstance(a, np.generic)}
     where = device(ranked[0])
-    return xp, tuple(xp.asarray(v, dtype=dtype, device=where) for v in values)
+
+    def bring(value: Array) -> Array:
+        if id(value) in native:  # a traced array must not be placed on a device again
+            return value if value.dtype == dtype else xp.astype(value, dtype)
+        return xp.asarray(value, dtype=dtype, device=where)
+
+    return xp, tuple(bring(value) for value in values)
 
 
 def namespace(array: Array) -> Any:

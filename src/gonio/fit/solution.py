@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from scipy.special import stdtrit
 
 from gonio.files import replacing
 
@@ -74,6 +75,17 @@ class Solution:
         """Standard uncertainty by parameter."""
         names = self.dataset["parameter"].values.tolist()
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Confidence interval of every free value, from Student's t with points minus free values degrees of freedom."""
+        free = int((~self.dataset["held"].values).sum())
+        width = float(stdtrit(max(self.dataset.attrs["points"] - free, 1), 0.5 + level / 2))
+        spreads = self.uncertainties
+        return {
+            name: (value - width * spreads[name], value + width * spreads[name])
+            for name, value in self.values.items()
+            if not math.isnan(spreads[name])
+        }
 
     def at(self, points: xr.Dataset) -> dict[str, float | Values]:
         """The value of every parameter at each direction of a flat scan, groups looked up by their coordinates.

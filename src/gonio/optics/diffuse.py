@@ -2,14 +2,14 @@
 
 import math
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, PerSteradian
 
 
 def _ones(g: Geometry) -> Array:
-    both = g.z_i + g.z_r
-    return namespace(both).ones_like(both)
+    """One for every pair of directions, and NaN where a direction is."""
+    return 0 * (g.z_i + g.z_r) + 1
 
 
 def uniform(g: Geometry) -> Dimensionless:

@@ -1,0 +1,39 @@
+"""What all tests share: the real scans beside the project, and the array libraries."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gonio import published, simulate
+from gonio.models import catalogue
+
+ROOT = Path(__file__).resolve().parent.parent
+SHARED_SCANS = ROOT.parent / "shared" / "data" / "scans"
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """A test that asks for `real_scan` runs once a file; without the folder it is skipped with a message."""
+    if "real_scan" in metafunc.fixturenames:
+        files = sorted(SHARED_SCANS.glob("*.csv"))
+        skip = pytest.mark.skip(reason=f"no measured scans at {SHARED_SCANS}")
+        scans = files or [pytest.param(None, marks=skip)]
+        metafunc.parametrize("real_scan", scans, ids=lambda path: path.stem if path else "absent")
+
+
+@pytest.fixture(scope="session")
+def shared_scans() -> Path:
+    if not SHARED_SCANS.is_dir():
+        pytest.skip(f"no measured scans at {SHARED_SCANS}")
+    return SHARED_SCANS
+
+
+@pytest.fixture
+def aluminium():
+    """The paper's aluminium: model, constants at three incidence angles, and a noisy simulated scan."""
+    constants = published["Al"]
+    angles = [30.0, 40.0, 50.0]
+    values = {k: {a: v[a] for a in angles} if isinstance(v, dict) else v for k, v in constants.values.items()}
+    model = catalogue[constants.model]
+    scan = simulate(model, values, angles, np.arange(-80, 81, 2.0), noise=0.01, seed=1, unit="a.u.")
+    return model, values, scan

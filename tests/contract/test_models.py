@@ -1,0 +1,180 @@
+"""Promises that every model of the catalogue keeps; adding a model adds no test code."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from libraries import LIBRARIES
+
+from gonio import Geometry, catalogue
+from gonio.compare import directional_hemispherical
+from gonio.model import Model, declarations
+
+MODELS = list(catalogue.values())
+BIBLIOGRAPHY = Path(__file__).resolve().parents[2] / "references.bib"
+
+every_model = pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
+every_library = pytest.mark.parametrize("library", LIBRARIES, ids=lambda lib: lib.name)
+
+
+def directions(n: int = 200, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random angles [deg] that single precision still resolves near the mirror direction."""
+    random = np.random.default_rng(seed)
+    return random.uniform(0, 88, n), random.uniform(0, 88, n), random.uniform(0, 360, n)
+
+
+def shape_values(draw: st.DrawFn, model: Model) -> dict[str, float]:
+    return {name: draw(st.floats(p.lower, p.upper)) for name, p in model.shape.items()}
+
+
+@st.composite
+def models_with_shape(draw: st.DrawFn) -> tuple[Model, dict[str, float]]:
+    model = draw(st.sampled_from(MODELS))
+    return model, shape_values(draw, model)
+
+
+angle = st.floats(0, 90)
+azimuth = st.floats(0, 360)
+
+
+@every_model
+@every_library
+def test_libraries_agree(model, library):
+    """All array libraries give NumPy's double-precision values."""
+    angles = directions()
+    expected = model.basis(Geometry.from_degrees(*angles), {})
+    with library.active():
+        found = model.basis(Geometry.from_degrees(*(library.array(a) for a in angles)), {})
+        for weight, value in found.items():
+            np.testing.assert_allclose(
+                np.asarray(value),
+                expected[weight],
+                rtol=library.precision * 50 if "32" in library.name else library.precision * 10,
+                atol=library.precision * max(float(np.max(expected[weight])), 1),
+            )
+
+
+@every_model
+def test_float32_stays_float32(model):
+    """Parameters that SciPy hands back as float64 scalars do not widen a float32 geometry."""
+    geometry = Geometry.from_degrees(*(a.astype(np.float32) for a in directions()))
+    shape = {name: np.float64(p.default) for name, p in model.shape.items()}
+    assert all(value.dtype == np.float32 for value in model.basis(geometry, shape).values())
+
+
+@every_model
+def test_compiles_maps_and_differentiates(model):
+    """jit, vmap over parameters and forward derivatives agree with NumPy and finite differences, poles included."""
+    import jax
+    import jax.numpy as jnp
+
+    # normal incidence, mirror direction, retro, nearly grazing, and somewhere in between
+    theta_i = np.array([0.0, 40.0, 40.0, 89.9, 30.0])
+    theta_r = np.array([0.0, 40.0, 40.0, 89.9, 55.0])
+    phi = np.array([180.0, 180.0, 0.0, 180.0, 120.0])
+    defaults = np.array([p.default for p in model.shape.values()])
+
+    def brdf(vector, *angles):
+        basis = model.basis(Geometry.from_degrees(*angles), dict(zip(model.shape, vector, strict=True)))
+        return sum(basis.values())
+
+    expected = brdf(defaults, theta_i, theta_r, phi)
+    with jax.enable_x64(True):
+        angles = [jnp.asarray(a) for a in (theta_i, theta_r, phi)]
+        vector = jnp.asarray(defaults)
+        np.testing.assert_allclose(jax.jit(brdf)(vector, *angles), expected, rtol=1e-12)
+        if not model.shape:
+            return
+        several = jax.vmap(brdf, in_axes=(0, None, None, None))(jnp.stack([vector, vector * 1.1]), *angles)
+        np.testing.assert_allclose(several[0], expected, rtol=1e-12)
+        slopes = np.asarray(jax.jacfwd(brdf)(vector, *angles))
+        by_angle = [np.asarray(jax.jacfwd(brdf, argnums=k + 1)(vector, *angles)) for k in range(3)]
+    assert np.isfinite(slopes).all()
+    assert all(np.isfinite(slope).all() for slope in by_angle)
+    for k in range(len(defaults)):
+        step = 1e-6 * defaults[k]
+        ahead, behind = defaults.copy(), defaults.copy()
+        ahead[k] += step
+        behind[k] -= step
+        difference = (brdf(ahead, theta_i, theta_r, phi) - brdf(behind, theta_i, theta_r, phi)) / (2 * step)
+        # a central difference keeps about ten digits of the value over the step
+        scale = np.abs(expected) / defaults[k]
+        np.testing.assert_allclose(slopes[:, k], difference, rtol=1e-6, atol=1e-8 * float(scale.max()))
+
+
+@settings(deadline=None, max_examples=200)
+@given(models_with_shape(), angle, angle, azimuth)
+def test_finite_and_non_negative(chosen, theta_i, theta_r, phi):
+    """Every term is finite and not negative over the declared bounds, grazing angles included."""
+    model, shape = chosen
+    for value in model.basis(Geometry.from_degrees(theta_i, theta_r, phi), shape).values():
+        assert np.isfinite(value)
+        assert value >= 0
+
+
+@settings(deadline=None, max_examples=100)
+@given(models_with_shape(), angle, angle, azimuth)
+def test_reciprocity_as_declared(chosen, theta_i, theta_r, phi):
+    """Models that do not declare it keep Helmholtz reciprocity term by term."""
+    model, shape = chosen
+    if "reciprocity" in model.violates:
+        return
+    there = model.basis(Geometry.from_degrees(theta_i, theta_r, phi), shape)
+    back = model.basis(Geometry.from_degrees(theta_r, theta_i, phi), shape)
+    for weight in model.weights:
+        # 1e-6: the tilt of the facet is known to 1e-16, and a narrow lobe turns that into 1e-7 of its far tail
+        np.testing.assert_allclose(back[weight], there[weight], rtol=1e-6, atol=1e-280)
+
+
+@every_model
+def test_declared_violations_are_real(model):
+    """What a model says that it breaks, it breaks; what it does not say, it keeps."""
+    ones = dict.fromkeys(model.weights, 1.0)
+    there = float(model(Geometry.from_degrees(20.0, 60.0, 180.0), ones))
+    back = float(model(Geometry.from_degrees(60.0, 20.0, 180.0), ones))
+    assert (abs(there / back - 1) > 1e-3) == ("reciprocity" in model.violates)
+    # Energy: a weight of 1 is a reflectance of at most 1 where the terms are normalised.
+    normalised = {w for w in model.weights if model.term_unit(w) == "sr-1"}
+    if "energy" not in model.violates:
+        for weight in normalised:
+            for theta_i in (0.0, 30.0, 60.0, 80.0):
+                assert directional_hemispherical(model, {weight: 1.0}, theta_i) <= 1 + 1e-3
+    else:
+        assert normalised != set(model.weights)
+
+
+@every_model
+def test_weights_are_linear(model):
+    """f of a sum of weights is the sum of the f's."""
+    geometry = Geometry.from_degrees(*directions(50))
+    one = dict.fromkeys(model.weights, 1.0)
+    several = {w: k + 2.0 for k, w in enumerate(model.weights)}
+    total = {w: one[w] + several[w] for w in model.weights}
+    np.testing.assert_allclose(model(geometry, total), model(geometry, one) + model(geometry, several), rtol=1e-12)
+
+
+@every_model
+def test_zero_below_the_horizon_and_nan_stays_nan(model):
+    below = Geometry.from_degrees(np.array([30.0, 95.0, np.nan]), np.array([120.0, 20.0, 20.0]), 180.0)
+    for value in model.basis(below, {}).values():
+        np.testing.assert_array_equal(value[:2], 0.0)
+    assert np.isnan(model(below, dict.fromkeys(model.weights, 1.0))[2])
+
+
+@every_model
+def test_declaration_is_complete(model):
+    """Citation in the bibliography, one-line docstrings, title that fits the table, units on every term."""
+    keys = set(re.findall(r"@\w+\{(\w+),", BIBLIOGRAPHY.read_text(encoding="utf-8")))
+    assert model.cite in keys
+    assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", model.name)
+    assert len(model.title) <= 46
+    assert model.confidence in ("confirmed", "reconstructed")
+    assert set(model.violates) <= {"reciprocity", "energy"}
+    for weight, term in model.terms.items():
+        assert term.__doc__
+        assert model.term_unit(weight) in ("sr-1", "deg-1", "1")
+        for parameter in declarations(term).values():
+            assert parameter.help

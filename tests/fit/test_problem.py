@@ -1,0 +1,179 @@
+"""What a Problem makes of a model and a scan."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from gonio import Problem, catalogue, published, simulate
+from gonio.fit import Anneal, Projection, Status, fit
+from gonio.fit.linear import bounded_least_squares
+from gonio.measured.dataset import join, make_scan, points
+
+THETA_R = np.arange(-80, 81, 4.0)
+
+
+def test_objective_is_equation_11(aluminium):
+    model, values, scan = aluminium
+    problem = Problem(model, scan, g1=lambda t: 1 + t, g2=lambda t: 2.0 * (t < 50))
+    flat = points(scan)
+    vector = np.array([300.0, 7e4, 20.0, 0.15, 50.0])
+    modelled = problem.brdf(vector)
+    weights = (1 + flat["theta_i"].values) * 2.0 * (flat["theta_r"].values < 50)
+    measured = flat["brdf"].values
+    expected = np.sum(weights * (modelled - measured) ** 2) / np.sum(weights * measured**2)
+    assert float(problem.cost(problem.residual(vector))) == pytest.approx(expected, rel=1e-12)
+
+
+def test_grouped_weights_are_columns(aluminium):
+    model, values, scan = aluminium
+    problem = Problem(model, scan, grouped={"ks": "theta_i"})
+    assert problem.names == ("ks[30]", "ks[40]", "ks[50]", "kdd", "kid", "sigma", "gamma")
+    matrix, fixed = problem.design(np.array([0.142, 47.0]))
+    assert matrix.shape == (len(problem.measured), 5)
+    assert np.all((matrix[:, :3] > 0).sum(axis=1) == 1)
+    stacked, _ = problem.design(np.array([[0.142, 47.0], [0.2, 30.0]]))
+    np.testing.assert_array_equal(stacked[0], matrix)
+    assert not fixed.any()
+
+
+def test_held_values_stay_and_have_no_uncertainty(aluminium):
+    model, values, scan = aluminium
+    solution = fit(Problem(model, scan, held={"kid": 24.0, "sigma": 0.142}, grouped={"ks": "theta_i"}))
+    assert solution.values["kid"] == 24.0
+    assert np.isnan(solution.uncertainties["kid"])
+    assert solution.parameters()["sigma"]["held"] is True
+    assert solution.values["kdd"] == pytest.approx(values["kdd"], rel=0.05)
+    assert "kid" not in solution.intervals()
+
+
+def channels_scan():
+    model = catalogue["torrance-sparrow"]
+    colours = {"R": (0.9, 0.3), "B": (0.4, 0.1)}
+    parts = {
+        c: simulate(model, {"ks": ks, "kd": kd, "sigma": 0.2}, [20.0, 50.0], THETA_R) for c, (ks, kd) in colours.items()
+    }
+    scan = join(parts)
+    return model, scan.rename({"scan": "channel"})
+
+
+def test_channels_share_the_shape_and_not_the_weights():
+    model, scan = channels_scan()
+    solution = fit(Problem(model, scan))
+    assert solution.values["ks[R]"] == pytest.approx(0.9, rel=1e-6)
+    assert solution.values["ks[B]"] == pytest.approx(0.4, rel=1e-6)
+    assert solution.values["sigma"] == pytest.approx(0.2, rel=1e-6)
+    assert solution.parameters()["kd"]["by"] == "channel"
+
+
+def test_shared_weights_and_grouped_shape():
+    model, scan = channels_scan()
+    problem = Problem(model, scan, shared=("kd",), grouped={"sigma": "channel", "ks": ("theta_i", "channel")})
+    assert problem.names == ("ks[20,B]", "ks[20,R]", "ks[50,B]", "ks[50,R]", "kd", "sigma[B]", "sigma[R]")
+    solution = fit(problem)
+    assert solution.cost < fit(Problem(model, scan, shared=("kd", "ks"))).cost
+    found = solution.at(points(scan))
+    assert found["sigma"].shape == found["ks"].shape == (len(problem.measured),)
+
+
+def test_a_value_is_only_known_for_its_groups(aluminium):
+    model, values, scan = aluminium
+    solution = fit(Problem(model, scan, grouped={"ks": "theta_i"}))
+    elsewhere = make_scan([60.0], [10.0], [1.0])
+    with pytest.raises(ValueError, match="ks was fitted for theta_i = 30, 40, 50; there is none for 60"):
+        solution.at(elsewhere)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"held": {"x": 1.0}}, "held: cauchy-lorentz has no parameter 'x'"),
+        ({"grouped": {"ks": "colour"}}, "no coordinate 'colour'"),
+        ({"weighting": "loud"}, "no weighting 'loud'"),
+        ({"held": {"sigma": 7.0}}, "outside its bounds"),
+        ({"held": {"ks": 1.0}, "grouped": {"ks": "theta_i"}}, "choose one"),
+        ({"bounds": {"gamma": (50.0, 10.0)}}, "wrong way round"),
+        ({"g1": lambda t: -t}, "non-negative"),
+    ],
+)
+def test_refusals(aluminium, options, message):
+    model, values, scan = aluminium
+    with pytest.raises(ValueError, match=message):
+        Problem(model, scan, **options)
+
+
+def test_weightings_refuse_what_they_cannot_weigh():
+    model = catalogue["lambert"]
+    negative = make_scan([10, 10, 10], [0, 10, 20], [1.0, -0.1, 2.0])
+    for name in ("relative", "log"):
+        with pytest.raises(ValueError, match=f"{name} weighting needs positive values, and 1 of 3 are not"):
+            Problem(model, negative, weighting=name)
+    with pytest.raises(ValueError, match="the scan has none"):
+        Problem(model, negative, weighting="uncertainty")
+    unknown = make_scan([10, 10], [0, 10], [1.0, 2.0], uncertainty=[0.1, 0.0])
+    with pytest.raises(ValueError, match="1 of 2 have none"):
+        Problem(model, unknown, weighting="uncertainty")
+    with pytest.raises(ValueError, match="every brdf value of the scan is zero"):
+        Problem(model, make_scan([10, 10], [0, 10], [0.0, 0.0]))
+    with pytest.raises(ValueError, match="no value in use"):
+        Problem(model, make_scan([10], [0], [np.nan]))
+
+
+def test_statuses():
+    model = catalogue["cauchy-lorentz"]
+    few = make_scan([30, 30, 30], [0, 20, 40], [1.0, 2.0, 1.5])
+    assert fit(Problem(model, few)).status is Status.TOO_FEW_POINTS
+    flat = make_scan(np.full(40, 30.0), np.linspace(-60, 60, 40), np.full(40, 0.3))
+    undetermined = fit(Problem(model, flat))
+    assert undetermined.status is Status.NOT_DETERMINED
+    assert np.isinf(undetermined.uncertainties["sigma"])
+    slow = Anneal(max_iterations=50)
+    assert fit(Problem(model, flat), slow).status is Status.STEPS_EXHAUSTED
+    sharp = simulate(catalogue["torrance-sparrow"], {"ks": 1.0, "kd": 0.1, "sigma": 0.02}, [30.0, 50.0], THETA_R)
+    wide = Problem(catalogue["torrance-sparrow"], sharp, bounds={"sigma": (0.05, 1.0)})
+    assert fit(wide).status is Status.AT_BOUND
+
+
+@settings(deadline=None, max_examples=150)
+@given(st.integers(0, 10_000), st.integers(1, 6), st.sampled_from(["free", "positive", "box"]), st.booleans())
+def test_exact_weights_against_scipy(seed, n, kind, collinear):
+    """Bounded linear least squares, against SciPy's own solver on the unreduced matrix."""
+    random = np.random.default_rng(seed)
+    matrix = random.random((30, n)) * 10.0 ** random.uniform(-3, 3, n)
+    if collinear and n > 1:
+        matrix[:, -1] = matrix[:, 0] * 2
+    target = matrix @ random.standard_normal(n) + random.standard_normal(30)
+    limits = {"free": (-np.inf, np.inf), "positive": (0.0, np.inf), "box": (-0.3, 0.4)}[kind]
+    lower, upper = np.full(n, limits[0]), np.full(n, limits[1])
+    found = bounded_least_squares(matrix, target, lower, upper)
+    assert np.all(found >= lower)
+    assert np.all(found <= upper)
+    scipy = lsq_linear(matrix, target, (lower, upper), method="bvls", tol=1e-14).x
+
+    def cost(x):
+        return float(np.sum((matrix @ x - target) ** 2))
+
+    assert cost(found) <= cost(scipy) * (1 + 1e-8)
+
+
+def test_published_constants_come_back_to_six_digits():
+    """Noise-free scans of every published surface give its constants back, ks by incidence angle as in Table 1."""
+    for surface in published.values():
+        model = catalogue[surface.model]
+        scan = simulate(model, surface.values, sorted(surface.values["ks"]), np.arange(-80, 81.0), unit=surface.unit)
+        solution = fit(Problem(model, scan, grouped={"ks": "theta_i"}))
+        assert solution.status is Status.CONVERGED
+        for name, value in solution.values.items():
+            plain = surface.values[name] if "[" not in name else surface.values["ks"][float(name[3:-1])]
+            assert value == pytest.approx(plain, rel=1e-6), (surface.name, name)
+
+
+def test_progress_is_told(aluminium):
+    model, values, scan = aluminium
+    for solver in (Projection(), Anneal(max_iterations=600)):
+        seen = []
+        solver.search(Problem(model, scan), seen.append)
+        assert seen
+        assert all(0 < fraction <= 1 for fraction in seen)
+        assert seen == sorted(seen)

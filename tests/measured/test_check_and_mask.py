@@ -1,0 +1,92 @@
+"""What `check` finds, what `mask` hides, and that nothing is lost."""
+
+import numpy as np
+import pytest
+
+from gonio import check, read
+from gonio.measured.check import Severity
+from gonio.measured.dataset import flatten, join, make_scan, points, select, sets, signed_theta_r
+from gonio.measured.masking import mask
+
+
+def scan(**changes):
+    columns = {"theta_i": [10, 10, 30, 30], "theta_r": [-20, 10, 30, -30], "brdf": [1.0, 2.0, 3.0, 4.0]} | changes
+    return make_scan(**columns)
+
+
+def found(data):
+    return {(f.severity, f.what.split(" at ")[0]) for f in check(data)}
+
+
+def test_nothing_wrong():
+    assert check(scan()) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "severity", "what"),
+    [
+        ({"theta_i": [10, 10, 95, 30]}, Severity.ERROR, "theta_i outside the hemisphere, 0 to 90 deg,"),
+        ({"brdf": [0.0] * 4}, Severity.ERROR, "every brdf value is zero"),
+        ({"brdf": [np.nan] * 4}, Severity.ERROR, "no value is in use"),
+        ({"brdf": [1.0, np.inf, 1, 1]}, Severity.ERROR, "brdf is infinite"),
+        ({"brdf": [1.0, -1, 1, 1]}, Severity.WARNING, "brdf is negative"),
+        ({"brdf": [1.0, np.nan, 1, 1]}, Severity.NOTE, "1 values are missing (NaN)"),
+        ({"theta_i": [10] * 4}, Severity.WARNING, "one incidence angle only, 10 deg"),
+        ({"uncertainty": [0.1, 0, 0.1, 0.1]}, Severity.NOTE, "no uncertainty is stated"),
+        ({"theta_r": [-20, 10, 30, 30]}, Severity.WARNING, "2 values share their geometry with another"),
+    ],
+)
+def test_findings(changes, severity, what):
+    assert (severity, what) in found(scan(**changes))
+
+
+def test_missing_pieces_and_units():
+    data = scan()
+    assert found(data.drop_vars("phi")) == {(Severity.ERROR, "no phi in the Dataset")}
+    data["brdf"].attrs["units"] = "cd"
+    data["theta_i"].attrs["units"] = "rad"
+    assert found(data) == {(Severity.ERROR, "brdf is in 'cd'"), (Severity.ERROR, "theta_i is in 'rad'")}
+
+
+def test_findings_name_the_lines_of_the_file(tmp_path):
+    path = tmp_path / "scan.csv"
+    rows = "".join(f"30,{t},{-1 if t < 8 else 1}\n" for t in range(12))
+    path.write_text(f"# one\n# two\ntheta_i_deg,theta_r_deg,brdf_sr-1\n{rows}20,10,1\n")
+    (finding,) = check(read(path))
+    assert finding.where == "lines 4, 5, 6, 7, 8 and 3 more"
+    without_lines = check(read(path).drop_vars("line"))
+    assert without_lines[0].where.startswith("theta_i 30, theta_r 0, phi 180 deg")
+
+
+def test_mask_keeps_the_values():
+    masked = mask(scan(), blocked=5.0, floor=1.5)
+    assert masked["mask"].values.tolist() == [2, 0, 0, 1]
+    assert masked["brdf"].values.tolist() == [1, 2, 3, 4]
+    assert points(masked)["brdf"].values.tolist() == [2, 3]
+    assert masked.attrs["history"].splitlines() == [
+        "masked 1 values within 5 deg of the incident beam",
+        "masked 1 values below the noise floor 1.5",
+    ]
+    again = mask(masked, exclude=np.array([False, True, False, True]))
+    assert again["mask"].values.tolist() == [2, 3, 0, 1]
+    assert (Severity.NOTE, "3 values are masked") in found(again)
+
+
+def test_select_and_join():
+    coloured = scan().assign_coords(channel=("direction", ["R", "G", "R", "G"]))
+    assert sets(coloured) == ("channel",)
+    assert select(coloured, {"channel": "G"})["brdf"].values.tolist() == [2, 4]
+    with pytest.raises(ValueError, match="no channel is B; there are G, R"):
+        select(coloured, {"channel": "B"})
+    with pytest.raises(ValueError, match="no coordinate 'colour'"):
+        select(coloured, {"colour": "B"})
+    both = join({"one": scan(), "two": scan(brdf=[5.0, 6, 7, 8])})
+    assert sets(both) == ("scan",)
+    assert select(both, {"scan": "two"})["brdf"].values.tolist() == [5, 6, 7, 8]
+    with pytest.raises(ValueError, match="cannot be joined"):
+        join({"one": scan(), "two": scan(unit="a.u.")})
+
+
+def test_signed_angle_round_trips():
+    data = scan()
+    np.testing.assert_array_equal(signed_theta_r(flatten(data)), [-20, 10, 30, -30])

@@ -1,0 +1,106 @@
+"""Tidy CSV: what is read, and every way in which a file can be wrong."""
+
+import numpy as np
+import pytest
+
+from gonio import read
+from gonio.measured.format import FormatError
+from gonio.measured.formats.tidy_csv import LONGEST_LINE
+
+GOOD = "# material: test\ntheta_i_deg,theta_r_deg,brdf_sr-1\n30,-10,0.5\n30,20,0.7\n"
+
+
+def written(tmp_path, text, encoding="utf-8"):
+    path = tmp_path / "scan.csv"
+    path.write_bytes(text.encode(encoding) if isinstance(text, str) else text)
+    return path
+
+
+def test_signed_angle_becomes_an_azimuth(tmp_path):
+    scan = read(written(tmp_path, GOOD))
+    np.testing.assert_array_equal(scan["theta_r"], [10, 20])
+    np.testing.assert_array_equal(scan["phi"], [0, 180])
+    assert scan.attrs["provenance"] == "material: test"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff" + GOOD,
+        GOOD.replace("\n", "\r\n"),
+        GOOD.replace("30,20", "\n# a remark\n30 , 20"),
+        "theta_r_rad,brdf_sr-1,theta_i_rad\n-0.17453292519943295,0.5,0.5235987755982988\n0.3490658503988659,0.7,0.5235987755982988\n",
+        "theta_i_deg,theta_r_deg,phi_deg,brdf_sr-1\n30,10,0,0.5\n30,20,180,0.7\n",
+    ],
+    ids=["bom", "windows", "blank-and-remark", "radians", "azimuth"],
+)
+def test_the_same_scan_in_other_words(tmp_path, text):
+    found, expected = read(written(tmp_path, text)), read(written(tmp_path, GOOD))
+    for name in ("theta_i", "theta_r", "phi", "brdf"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-14)
+
+
+def test_units_and_aliases(tmp_path):
+    text = "theta_i_deg,theta_r_deg,wavelength_um,brdf_a.u.,std_a.u.,note\n30,10,0.633,5,0.1,first\n"
+    scan = read(written(tmp_path, text))
+    assert scan["wavelength"].values[0] == pytest.approx(633)
+    assert scan["brdf"].attrs["units"] == scan["uncertainty"].attrs["units"] == "a.u."
+    assert scan["note"].values[0] == "first"
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "what"),
+    [
+        ("angle,value\n1,2\n", "line 1", "no column theta_i and theta_r and brdf"),
+        ("theta_i_deg;theta_r_deg;brdf_sr-1\n30;10;1\n", "line 1", "commas, not semicolons"),
+        ("theta_i,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "names no unit: write theta_i_deg or theta_i_rad"),
+        ("theta_i_grad,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "unit 'grad'"),
+        ("theta_i_deg,theta_r_deg,brdf\n30,10,1\n", "line 1", "brdf_sr-1 or brdf_a.u."),
+        ("theta_i_deg,theta_i_rad,theta_r_deg,brdf_sr-1\n", "line 1", "there twice"),
+        ("theta_i_deg,theta_r_deg,brdf_sr-1,std_a.u.\n", "line 1", "one unit for both"),
+        (GOOD + "30,30,bright\n", "line 5", "brdf is 'bright', not a number"),
+        (GOOD + "30,30,0,5\n", "line 5", "4 cells where the header has 3"),
+        (GOOD + "95,30,1\n", "line 5", "theta_i is 95 deg, outside 0 to 90"),
+        (GOOD + "30,-91,1\n", "line 5", "theta_r is -91 deg, outside -90 to 90"),
+        (GOOD + "30,nan,1\n", "line 5", "theta_r is nan"),
+        (GOOD + "30,,1\n", "line 5", "theta_r is empty"),
+        (GOOD + "30,30,inf\n", "line 5", "brdf is inf"),
+        (GOOD + "30,x,1\n30,y,1\n", "line 5", "line 6: theta_r is 'y'"),
+        (GOOD + "30,x,1\n" * 8, "line 5", "and 3 more bad rows"),
+        (GOOD + "30,x,1\n" * 2000, "line 5", "at least; and 995 more bad rows"),
+        ("theta_i_deg,theta_r_deg,brdf_sr-1\n30,10,0\n30,20,0\n", "line 2", "every brdf value is zero"),
+        ("theta_i_deg,theta_r_deg,brdf_sr-1\n", "", "a header and no rows"),
+        ("# only remarks\n", "", "holds no header"),
+        (b"theta_i_deg,theta_r_deg,brdf_sr-1\n# stra\xdfe\n", "line 2, byte 7", "save the file as UTF-8"),
+        (b"PK\x03\x04\0\0", "line 1", "zero bytes"),
+        ("x" * (LONGEST_LINE + 10), "line 1", "longer than 65536 bytes"),
+    ],
+)
+def test_bad_files_name_file_line_and_remedy(tmp_path, text, where, what):
+    path = written(tmp_path, text)
+    with pytest.raises(FormatError) as caught:
+        read(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}, {where}: " if where else f"{path}: ")
+    assert what in message
+    assert "\n" not in message
+
+
+def test_no_file_a_directory_an_empty_file(tmp_path):
+    with pytest.raises(FormatError, match="no such file"):
+        read(tmp_path / "missing.csv")
+    with pytest.raises(FormatError, match="is a directory"):
+        read(tmp_path)
+    with pytest.raises(FormatError, match="is empty"):
+        read(written(tmp_path, ""))
+
+
+@pytest.mark.parametrize("filler", [b"\0", b"a", b"1\n", b"\xff"], ids=["zeros", "letters", "numbers", "bytes"])
+def test_two_gigabytes_of_garbage_are_refused_at_once(tmp_path, filler):
+    """A sparse file of 2 GB: the reader stops at the first thing that is no scan, long before it has read it all."""
+    path = tmp_path / "garbage.csv"
+    with path.open("wb") as file:
+        file.write(filler * 100_000)
+        file.truncate(2 * 1024**3)
+    with pytest.raises(FormatError, match="line 1"):
+        read(path)

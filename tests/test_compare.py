@@ -52,7 +52,7 @@ def test_drop_as_in_the_tables():
 
 
 def test_rank_orders_and_routes_options(aluminium):
-    model, values, scan = aluminium
+    _model, _values, scan = aluminium
     models = [catalogue[n] for n in ("lambert", "torrance-sparrow", "wang-2016", "cauchy-lorentz")]
     for metric in METRICS:
         rows = rank(scan, models, by=metric, grouped={"ks": "theta_i"}, held={"gamma": 47.0, "sigma": 0.142})

@@ -123,11 +123,12 @@ def test_damaged_files_raise_format_errors_only(kind, data, tmp_path):
         if not content:
             break
     path.write_bytes(bytes(content))
+    refused = None
     try:
         read(path)
     except FormatError as error:
-        assert str(path) in str(error)
-        assert "\n" not in str(error)
+        refused = str(error)
+    assert refused is None or (str(path) in refused and "\n" not in refused)
 
 
 def test_unknown_suffix_names_the_known_ones(tmp_path):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from libraries import LIBRARIES
 
 from gonio import Geometry, catalogue
 from gonio.compare import directional_hemispherical
 from gonio.model import Model, declarations
+from libraries import LIBRARIES
 
 MODELS = list(catalogue.values())
 BIBLIOGRAPHY = Path(__file__).resolve().parents[2] / "references.bib"
@@ -148,7 +148,7 @@ def test_declared_violations_are_real(model):
 
 @every_model
 def test_weights_are_linear(model):
-    """f of a sum of weights is the sum of the f's."""
+    """F of a sum of weights is the sum of the f's."""
     geometry = Geometry.from_degrees(*directions(50))
     one = dict.fromkeys(model.weights, 1.0)
     several = {w: k + 2.0 for k, w in enumerate(model.weights)}

@@ -8,7 +8,7 @@ from gonio.fit import fit
 
 
 def problem_of(aluminium, **options):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     return Problem(model, scan, held={"sigma": 0.142, "gamma": 47.0}, **options)
 
 
@@ -58,7 +58,7 @@ def test_slower_cooling_ends_lower(aluminium):
 
 
 def test_free_shape_is_annealed_too(aluminium):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     problem = Problem(model, scan, grouped={"ks": "theta_i"})
     exact = fit(problem)
     annealed = fit(problem, Anneal(seed=4))

@@ -15,7 +15,7 @@ THETA_R = np.arange(-80, 81, 4.0)
 
 
 def test_objective_is_equation_11(aluminium):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     problem = Problem(model, scan, g1=lambda t: 1 + t, g2=lambda t: 2.0 * (t < 50))
     flat = points(scan)
     vector = np.array([300.0, 7e4, 20.0, 0.15, 50.0])
@@ -27,7 +27,7 @@ def test_objective_is_equation_11(aluminium):
 
 
 def test_grouped_weights_are_columns(aluminium):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     problem = Problem(model, scan, grouped={"ks": "theta_i"})
     assert problem.names == ("ks[30]", "ks[40]", "ks[50]", "kdd", "kid", "sigma", "gamma")
     matrix, fixed = problem.design(np.array([0.142, 47.0]))
@@ -78,7 +78,7 @@ def test_shared_weights_and_grouped_shape():
 
 
 def test_a_value_is_only_known_for_its_groups(aluminium):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     solution = fit(Problem(model, scan, grouped={"ks": "theta_i"}))
     elsewhere = make_scan([60.0], [10.0], [1.0])
     with pytest.raises(ValueError, match="ks was fitted for theta_i = 30, 40, 50; there is none for 60"):
@@ -98,7 +98,7 @@ def test_a_value_is_only_known_for_its_groups(aluminium):
     ],
 )
 def test_refusals(aluminium, options, message):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     with pytest.raises(ValueError, match=message):
         Problem(model, scan, **options)
 
@@ -170,7 +170,7 @@ def test_published_constants_come_back_to_six_digits():
 
 
 def test_progress_is_told(aluminium):
-    model, values, scan = aluminium
+    model, _values, scan = aluminium
     for solver in (Projection(), Anneal(max_iterations=600)):
         seen = []
         solver.search(Problem(model, scan), seen.append)

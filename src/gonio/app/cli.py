@@ -7,6 +7,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gonio.app.options import (
+    Blocked,
+    Bound,
+    Floor,
+    Force,
+    Group,
+    Hold,
+    Json,
+    ModelName,
+    Models,
+    Scan,
+    Scans,
+    Seed,
+    Select,
+    Setting,
+    Share,
+    SolverName,
+    Weigh,
+    chosen_models,
+    problem_options,
+    read_scan,
+)
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -19,28 +42,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-Scan = Annotated[Path, typer.Argument(help="a measured scan: tidy CSV or gonio NetCDF", show_default=False)]
-Scans = Annotated[list[Path], typer.Argument(help="measured scans: tidy CSV or gonio NetCDF", show_default=False)]
-ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
-Json = Annotated[str, typer.Option("--json", metavar="FILE|-", help="write JSON to a file, or to standard output")]
-Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
-SolverName = Annotated[str, typer.Option("--solver", help="projection (exact weights) or anneal (Appendix A)")]
-Setting = Annotated[list[str], typer.Option("--setting", metavar="NAME=VALUE", help="a setting of the solver")]
-Hold = Annotated[
-    list[str], typer.Option("--hold", metavar="NAME=VALUE", help="keep a parameter; gamma=half-width reads it")
-]
-Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
-Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
-Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
-Weigh = Annotated[
-    str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
-]
-Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
-Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask what is nearer to the incident beam")]
-Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
-Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
-Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names of `gonio models`, or all")]
 
 
 class Figure(StrEnum):
@@ -134,8 +135,8 @@ def fit_scan(
     from gonio.compare import assess
     from gonio.fit import fit
 
-    data = _read(scan, blocked, floor, select)
-    options = _options(data, hold, group, share, bound, weighting)
+    data = read_scan(scan, blocked, floor, select)
+    options = problem_options(data, hold, group, share, bound, weighting)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -171,12 +172,12 @@ def compare_models(
     from gonio.app import arguments, present
     from gonio.compare import rank
 
-    chosen, search = _models(models), arguments.solver(solver, seed, setting)
-    loaded = [(path, _read(path, blocked, floor, select)) for path in scans]
+    chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
+    loaded = [(path, read_scan(path, blocked, floor, select)) for path in scans]
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = _options(data, hold, group, share, bound, weighting)
+            options = problem_options(data, hold, group, share, bound, weighting)
             rows = rank(
                 data,
                 chosen,
@@ -221,13 +222,13 @@ def plot_scan(
     from gonio.compare import rank
     from gonio.plot.style import save
 
-    chosen, search = _models(models), arguments.solver(solver, seed, setting)
+    chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
     target, suffixes = _figure_target(out or f"{scans[0].stem}-{figure.value}")
     ranked = {}
     with present.progress_bar("fitting") as progress:
         for path in scans:
-            data = _read(path, blocked, floor, select)
-            options = _options(data, hold, group, share, bound, weighting)
+            data = read_scan(path, blocked, floor, select)
+            options = problem_options(data, hold, group, share, bound, weighting)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):
@@ -260,47 +261,6 @@ def run_demo(
     with present.progress_bar("the paper's study") as progress:
         page = write_demo(Path(out), seed=seed, force=force, progress=progress)
     present.console().print(f"wrote {page}")
-
-
-def _read(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
-    """A scan without errors, masked and reduced as asked; its warnings go to standard error."""
-    from gonio import check, read
-    from gonio.app import arguments
-    from gonio.measured.check import Severity
-    from gonio.measured.dataset import select as choose
-    from gonio.measured.masking import mask
-
-    data = choose(read(path), arguments.pairs(select, "--select"))
-    if blocked > 0 or floor:
-        data = mask(data, blocked=blocked, floor=arguments.number(floor, "--floor") if floor else None)
-    for finding in check(data):
-        if finding.severity is Severity.ERROR:
-            raise ValueError(f"{path}: {finding}")
-        if finding.severity is Severity.WARNING:
-            print(f"gonio: {path}: {finding}", file=sys.stderr)
-    return data
-
-
-def _options(
-    data: "xr.Dataset", hold: list[str], group: list[str], share: list[str], bound: list[str], weighting: str
-) -> dict[str, Any]:
-    from gonio.app import arguments
-
-    return {
-        "held": arguments.held(hold, data),
-        "grouped": arguments.groups(group),
-        "shared": tuple(share),
-        "bounds": arguments.bounds(bound),
-        "weighting": weighting,
-    }
-
-
-def _models(names: str) -> list[Any]:
-    from gonio import catalogue
-
-    if names == "all":
-        return list(catalogue.values())
-    return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
 
 
 def _figure_target(out: str) -> tuple[Path, tuple[str, ...]]:

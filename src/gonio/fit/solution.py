@@ -77,7 +77,7 @@ class Solution:
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence interval of every free value, from Student's t with points minus free values degrees of freedom."""
+        """Confidence interval of every free value: Student's t with points minus free values degrees of freedom."""
         free = int((~self.dataset["held"].values).sum())
         width = float(stdtrit(max(self.dataset.attrs["points"] - free, 1), 0.5 + level / 2))
         spreads = self.uncertainties

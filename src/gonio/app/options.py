@@ -1,0 +1,77 @@
+"""What several commands share: their options, declared once, and the scan, models and problem that these describe."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gonio.model import Model
+
+Scan = Annotated[Path, typer.Argument(help="a measured scan: tidy CSV or gonio NetCDF", show_default=False)]
+Scans = Annotated[list[Path], typer.Argument(help="measured scans: tidy CSV or gonio NetCDF", show_default=False)]
+ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
+Json = Annotated[str, typer.Option("--json", metavar="FILE|-", help="write JSON to a file, or to standard output")]
+Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
+SolverName = Annotated[str, typer.Option("--solver", help="projection (exact weights) or anneal (Appendix A)")]
+Setting = Annotated[list[str], typer.Option("--setting", metavar="NAME=VALUE", help="a setting of the solver")]
+Hold = Annotated[
+    list[str], typer.Option("--hold", metavar="NAME=VALUE", help="keep a parameter; gamma=half-width reads it")
+]
+Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
+Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
+Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
+Weigh = Annotated[
+    str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
+]
+Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
+Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask what is nearer to the incident beam")]
+Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
+Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
+Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names of `gonio models`, or all")]
+
+
+def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
+    """A scan without errors, masked and reduced as asked; its warnings go to standard error."""
+    from gonio import check, read
+    from gonio.app import arguments
+    from gonio.measured.check import Severity
+    from gonio.measured.dataset import select as choose
+    from gonio.measured.masking import mask
+
+    data = choose(read(path), arguments.pairs(select, "--select"))
+    if blocked > 0 or floor:
+        data = mask(data, blocked=blocked, floor=arguments.number(floor, "--floor") if floor else None)
+    for finding in check(data):
+        if finding.severity is Severity.ERROR:
+            raise ValueError(f"{path}: {finding}")
+        if finding.severity is Severity.WARNING:
+            print(f"gonio: {path}: {finding}", file=sys.stderr)
+    return data
+
+
+def problem_options(
+    data: "xr.Dataset", hold: list[str], group: list[str], share: list[str], bound: list[str], weighting: str
+) -> dict[str, Any]:
+    """The options of a Problem from those of a command."""
+    from gonio.app import arguments
+
+    return {
+        "held": arguments.held(hold, data),
+        "grouped": arguments.groups(group),
+        "shared": tuple(share),
+        "bounds": arguments.bounds(bound),
+        "weighting": weighting,
+    }
+
+
+def chosen_models(names: str) -> "list[Model]":
+    """Models by name, or all of them."""
+    from gonio import catalogue
+
+    if names == "all":
+        return list(catalogue.values())
+    return [catalogue[name.strip()] for name in names.split(",") if name.strip()]

@@ -1,0 +1,282 @@
+"""The command line as people and programs use it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gonio import catalogue, published, simulate, write
+from gonio.app.cli import main
+
+SCRIPT = Path(sys.executable).with_name("gonio")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command in this process: exit code, standard output, standard error."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gonio", *map(str, arguments)])
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def scan_file(tmp_path):
+    surface = published["Al"]
+    scan = simulate(
+        catalogue[surface.model], surface.values, [30.0, 40, 50], np.arange(-80, 81, 4.0), noise=0.01, unit="a.u."
+    )
+    path = tmp_path / "al.csv"
+    write(scan, path)
+    return path
+
+
+def as_json(run, *arguments):
+    code, out, err = run(*arguments, "--json", "-")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def test_models_json(run):
+    listed = as_json(run, "models")
+    assert [m["name"] for m in listed] == sorted(catalogue)
+    lorentz = next(m for m in listed if m["name"] == "cauchy-lorentz")
+    assert set(lorentz) == {"name", "title", "cite", "confidence", "weights", "shape", "violates"}
+    assert lorentz["weights"] == ["ks", "kdd", "kid"]
+    assert lorentz["shape"][1] == {
+        "name": "gamma",
+        "default": 45.0,
+        "lower": 1.0,
+        "upper": 720.0,
+        "unit": "deg",
+        "help": "half width at half maximum of the directional-diffuse lobe",
+    }
+    assert "reciprocity" in lorentz["violates"]
+    assert as_json(run, "models", "cauchy-lorentz") == [lorentz]
+
+
+def test_eval_json(run):
+    found = as_json(
+        run, "eval", "torrance-sparrow", "--at", "30,30,180;40,20,180", "--set", "ks=397", "--set", "sigma=0.142"
+    )
+    np.testing.assert_allclose(found["values"], [397 * 2.63101, 397 * 1.34808], rtol=5e-6)
+    assert found["unit"] == "1/sr"
+    paper = as_json(run, "eval", "cauchy-lorentz", "--at", "40,40,180", "--published", "Al")
+    assert paper["unit"] == "a.u."
+    assert paper["values"][0] == pytest.approx(1659, abs=0.5)
+    in_plane = as_json(run, "eval", "cauchy-lorentz", "--at", "40,-20;40,20,0", "--published", "Al")
+    assert in_plane["values"][0] == pytest.approx(in_plane["values"][1])
+
+
+def test_fit_json(run, scan_file):
+    found = as_json(run, "fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i")
+    assert {"model", "solver", "status", "seconds", "parameters", "metrics"} <= set(found)
+    assert set(found["metrics"]) == {"delta", "E", "nrmse", "log10_rmse"}
+    ks = found["parameters"]["ks"]
+    assert ks["by"] == "theta_i"
+    assert set(ks["values"]) == {"30", "40", "50"}
+    assert ks["values"]["30"]["value"] == pytest.approx(397, rel=0.03)
+    assert ks["values"]["30"]["uncertainty"] > 0
+    assert found["parameters"]["gamma"]["unit"] == "deg"
+    assert found["status"] == "converged"
+
+
+def test_fit_options(run, scan_file):
+    common = ("fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i")
+    held = as_json(run, *common, "--hold", "sigma=0.142", "--hold", "gamma=half-width", "--weighting", "relative")
+    assert held["parameters"]["gamma"]["value"] == pytest.approx(47, abs=3)
+    assert held["parameters"]["gamma"]["held"] is True
+    assert held["parameters"]["gamma"]["uncertainty"] is None
+    settings = ("--solver", "anneal", "--seed", "7", "--setting", "max_iterations=400", "--setting", "chains=2")
+    annealed = as_json(run, *common, *settings)
+    assert annealed["solver"] == "anneal"
+    assert annealed["metrics"]["E"] >= held["metrics"]["E"] / 10
+    assert as_json(run, *common, *settings)["parameters"] == annealed["parameters"]
+    bounded = as_json(run, *common, "--bound", "gamma=10:20", "--blocked", "6", "--floor", "100")
+    assert 10 <= bounded["parameters"]["gamma"]["value"] <= 20
+    assert bounded["points"] < held["points"]
+
+
+def test_fit_writes_its_results(run, scan_file, tmp_path):
+    out = tmp_path / "results"
+    command = ("fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i", "--out", out)
+    code, text, _ = run(*command, "--solver", "anneal", "--setting", "max_iterations=300")
+    assert code == 0
+    assert "results" in text
+    names = {path.name for path in out.iterdir()}
+    kinds = ("curves", "residuals", "components", "convergence")
+    assert names == {"solution.nc", "fit.json"} | {f"{k}.{s}" for k in kinds for s in ("png", "svg")}
+    code, _, err = run(*command)
+    assert code == 1
+    assert "--force" in err
+    assert run(*command, "--force")[0] == 0
+
+
+def test_compare_json(run, scan_file):
+    names = "torrance-sparrow,wang-2016,cauchy-lorentz"
+    (found,) = as_json(run, "compare", scan_file, "--models", names, "--group", "ks=theta_i")
+    assert found["scan"] == str(scan_file)
+    assert {row["model"] for row in found["ranking"]} == set(names.split(","))
+    assert found["ranking"][-1]["model"] == "torrance-sparrow"
+    assert found["ranking"][-1]["free_parameters"] == 5
+    assert set(found["ranking"][0]["metrics"]) == {"delta", "E", "nrmse", "log10_rmse"}
+
+
+def test_info_json(run, scan_file):
+    found = as_json(run, "info", scan_file)
+    assert found["format"] == "tidy CSV"
+    assert found["quantity"] == "relative BRDF"
+    assert found["points"] == 123
+    assert found["symmetry"] == "in plane"
+    assert found["theta_i"] == [30, 40, 50]
+    assert len(found["half_widths"]) == 3
+
+
+@pytest.mark.parametrize("figure", ["curves", "residuals", "components", "hemisphere", "errors"])
+def test_plot(run, scan_file, tmp_path, figure):
+    target = tmp_path / "out" / "figure.png"
+    code, _out, err = run("plot", scan_file, "--figure", figure, "--models", "lambert,cauchy-lorentz", "--out", target)
+    assert code == 0, err
+    assert target.stat().st_size > 10_000
+    assert not target.with_suffix(".svg").exists()
+
+
+def test_json_to_a_file(run, tmp_path):
+    target = tmp_path / "models.json"
+    code, out, _ = run("models", "--json", target)
+    assert code == 0
+    assert "cauchy-lorentz" in out
+    assert json.loads(target.read_text())[0]["name"] == "cauchy-lorentz"
+
+
+def test_tables_fit_eighty_columns(run, scan_file):
+    commands = [
+        ("models",),
+        ("models", "cauchy-lorentz"),
+        ("eval", "cauchy-lorentz", "--at", "40,40,180", "--published", "Al"),
+        ("fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i", "--hold", "sigma=0.142"),
+        ("compare", scan_file, "--by-incidence"),
+        ("info", scan_file),
+    ]
+    for command in commands:
+        code, out, _ = run(*command)
+        assert code == 0
+        assert "…" not in out, command
+        assert max(len(line.rstrip()) for line in out.splitlines()) <= 80, command
+
+
+GOOD = "theta_i_deg,theta_r_deg,brdf_sr-1\n30,-10,0.5\n30,20,0.7\n"
+BAD_FILES = {
+    "wrong header": (b"a,b,c\n1,2,3\n", "line 1"),
+    "text": ((GOOD + "30,30,bright\n").encode(), "line 4"),
+    "beyond 90": ((GOOD + "30,95,1\n").encode(), "line 4"),
+    "all zero": (GOOD.replace("0.5", "0").replace("0.7", "0").encode(), "line 2"),
+    "empty": (b"", "is empty"),
+    "not UTF-8": (GOOD.encode() + b"\xff\xfe", "line 4"),
+    "one infinite": ((GOOD + "30,30,inf\n").encode(), "line 4"),
+}
+
+
+@pytest.mark.parametrize("case", [*BAD_FILES, "directory", "missing", "garbage"])
+@pytest.mark.parametrize("command", ["info", "fit", "compare", "plot"])
+def test_bad_input_is_one_line_and_exit_code_1(run, tmp_path, monkeypatch, case, command):
+    folder = tmp_path / "data"
+    folder.mkdir()
+    path = folder / "scan.csv"
+    if case == "directory":
+        path.mkdir()
+    elif case == "garbage":
+        with path.open("wb") as file:
+            file.truncate(2 * 1024**3)
+    elif case != "missing":
+        path.write_bytes(BAD_FILES[case][0])
+    elsewhere = tmp_path / "cwd"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    extra = {"fit": ("--model", "lambert", "--out", "results"), "plot": ("--out", "figure")}.get(command, ())
+    code, out, err = run(command, path, *extra)
+    assert code == 1
+    assert out == ""
+    assert err.startswith(f"gonio: {path}")
+    assert err.count("\n") == 1
+    assert BAD_FILES.get(case, (b"", ""))[1] in err
+    assert list(elsewhere.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("models", "cauchy-lorenz"), "nearest: cauchy-lorentz"),
+        (("eval", "lambert", "--at", "30"), "theta_i,theta_r,phi"),
+        (("eval", "lambert", "--at", "30,x,0"), "not a number"),
+        (("eval", "lambert", "--at", "95,0,0"), "outside 0 to 90 deg"),
+        (("eval", "lambert", "--at", ";"), "names no direction"),
+        (("eval", "lambert", "--at", "30,30,180"), "at least one weight: rho"),
+        (("eval", "lambert", "--at", "30,30,180", "--set", "rho"), "name=value"),
+        (("eval", "lambert", "--at", "30,30,180", "--set", "rho=nan"), "finite"),
+        (("eval", "lambert", "--at", "30,30,180", "--published", "Al"), "belong to cauchy-lorentz"),
+        (("fit", "SCAN", "--model", "lambert", "--solver", "guess"), "projection, anneal"),
+        (("fit", "SCAN", "--model", "lambert", "--setting", "speed=1"), "no setting 'speed'"),
+        (("fit", "SCAN", "--model", "lambert", "--select", "channel=R"), "no coordinate 'channel'"),
+        (("fit", "SCAN", "--model", "lambert", "--bound", "rho=1"), "lower:upper"),
+        (("fit", "SCAN", "--model", "lambert", "--weighting", "loud"), "uniform, relative"),
+        (("compare", "SCAN", "--rank", "r2"), "delta, E, nrmse, log10_rmse"),
+        (("plot", "SCAN", "--figure", "convergence"), "--solver anneal"),
+    ],
+)
+def test_bad_arguments_are_one_line(run, scan_file, arguments, message):
+    code, _out, err = run(*(scan_file if a == "SCAN" else a for a in arguments))
+    assert code == 1
+    assert message in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+
+
+def test_a_half_width_that_cannot_be_read(run, tmp_path):
+    path = tmp_path / "forward.csv"
+    path.write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n" + "".join(f"30,{t},1\n40,{t},1\n" for t in range(0, 60, 5)))
+    code, _, err = run("fit", path, "--model", "cauchy-lorentz", "--hold", "gamma=half-width")
+    assert code == 1
+    assert "no half width can be read" in err
+
+
+def test_warnings_go_to_standard_error(run, tmp_path):
+    path = tmp_path / "one.csv"
+    path.write_text(GOOD)
+    code, out, err = run("compare", path, "--models", "lambert", "--json", "-")
+    assert code == 0
+    json.loads(out)
+    assert "one incidence angle only" in err
+
+
+def test_the_installed_script(tmp_path):
+    """What a user gets: the console script of the wheel, from another folder."""
+    environment = os.environ | {"COLUMNS": "80"}
+    done = subprocess.run([SCRIPT, "--help"], capture_output=True, text=True, cwd=tmp_path, env=environment, check=True)
+    for command in ("models", "eval", "fit", "compare", "plot", "info", "demo"):
+        assert command in done.stdout
+    failed = subprocess.run([SCRIPT, "info", "missing.csv"], capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert failed.returncode == 1
+    assert failed.stderr == "gonio: missing.csv: there is no such file\n"
+
+
+def test_starting_imports_next_to_nothing():
+    """`import gonio` and `gonio --help` load no numerical library: that is what keeps them fast."""
+    heavy = "{'numpy', 'scipy', 'xarray', 'pandas', 'matplotlib', 'jax'} & set(sys.modules)"
+    for module in ("gonio", "gonio.app.cli"):
+        code = f"import sys, {module}; print({heavy} or 'none')"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert done.stdout == "none\n", module

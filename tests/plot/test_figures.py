@@ -1,0 +1,168 @@
+"""Every figure: labelled with units, nothing over anything else, PNG and SVG, and told apart without colour."""
+
+import functools
+import itertools
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+from PIL import Image
+
+from gonio import catalogue, published, read, simulate
+from gonio.app.drawing import draw, predictors
+from gonio.compare import rank
+from gonio.fit import Anneal
+from gonio.measured.dataset import make_scan
+from gonio.plot.curves import curves
+from gonio.plot.error_bars import error_bars
+from gonio.plot.hemisphere import hemisphere
+from gonio.plot.panels import panel_curves
+from gonio.plot.style import COLOURS, save
+
+NAMES = ("torrance-sparrow", "wang-2016", "cauchy-lorentz")
+
+
+@pytest.fixture(scope="module")
+def ranked():
+    surface = published["Al"]
+    model = catalogue[surface.model]
+    scan = simulate(
+        model, surface.values, [20.0, 30, 40, 50, 60, 70], np.arange(-80, 81, 4.0), noise=0.01, unit="a.u.", blocked=5
+    )
+    models = [catalogue[name] for name in NAMES]
+    return {"Al": (scan, rank(scan, models, solver=Anneal(max_iterations=300), grouped={"ks": "theta_i"}))}
+
+
+def figures(ranked):
+    scan, rows = ranked["Al"]
+    yield from (
+        (kind, draw(kind, ranked)) for kind in ("curves", "residuals", "components", "hemisphere", "convergence")
+    )
+    yield "errors", draw("errors", ranked | {"Al again": ranked["Al"]})
+    yield "normalised", curves(scan, predictors(rows), title="Al", normalised=True)
+    yield "one curve", curves(scan.isel(direction=scan["theta_i"].values == 40), {}, title="Al")
+
+
+def visible_texts(figure):
+    """Every text on the page with its box in pixels."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    for text in figure.findobj(Text):
+        if text.get_visible() and text.get_text().strip():
+            box = text.get_window_extent(renderer)
+            if box.width > 1 and _drawn(text, figure):
+                yield text.get_text(), box
+
+
+def _drawn(text, figure):
+    """Tick labels beyond the limits of their axis exist without being drawn."""
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            for ticks in (axis.get_major_ticks(), axis.get_minor_ticks()):
+                labels = [label for tick in ticks for label in (tick.label1, tick.label2)]
+                if text in labels:
+                    shown = {id(t) for t in axis._update_ticks()}
+                    owner = next(tick for tick in ticks if text in (tick.label1, tick.label2))
+                    return id(owner) in shown
+    return True
+
+
+def test_nothing_overlaps(ranked):
+    for name, figure in figures(ranked):
+        width, height = figure.get_size_inches() * figure.dpi
+        boxes = list(visible_texts(figure))
+        for text, box in boxes:
+            inside = box.x0 >= -2 and box.y0 >= -2 and box.x1 <= width + 2 and box.y1 <= height + 2
+            assert inside, (name, text)
+        for (one, a), (other, b) in itertools.combinations(boxes, 2):
+            wide = min(a.x1, b.x1) - max(a.x0, b.x0)
+            high = min(a.y1, b.y1) - max(a.y0, b.y0)
+            assert wide <= 1 or high <= 1, (name, one, other)
+
+
+def test_axes_have_units(ranked):
+    for name, figure in figures(ranked):
+        labels = [t for ax in figure.axes for t in (ax.get_xlabel(), ax.get_ylabel()) if t]
+        assert labels, name
+        units = ("[deg]", "[a.u.]", "[%]", "[1]", "[sr⁻¹]", "f / f(θᵢ)", "iteration", "angle θᵢ")
+        for text in labels:
+            assert any(unit in text for unit in units), (name, text)
+
+
+def test_simulated_data_are_called_simulated(ranked):
+    figure = draw("curves", ranked)
+    texts = [t.get_text() for t in figure.findobj(Text)]
+    assert "simulated" in texts
+    assert "measured" not in texts
+
+
+def test_models_keep_their_colour_and_differ_without_it(ranked):
+    scan, rows = ranked["Al"]
+    assert list(predictors(rows)) == sorted(NAMES)
+    lines = curves(scan, predictors(rows)).axes[0].lines[1:4]
+    assert len({line.get_color() for line in lines}) == 3
+    assert len({str(line._dash_pattern) for line in lines}) == 3
+    assert len(set(COLOURS)) == len(COLOURS)
+
+
+def test_saved_as_png_and_svg(ranked, tmp_path):
+    figure = draw("hemisphere", ranked)
+    written = save(figure, tmp_path / "view")
+    assert [path.name for path in written] == ["view.png", "view.svg"]
+    with Image.open(written[0]) as picture:
+        assert picture.size[0] > 500
+    assert ET.parse(written[1]).getroot().tag.endswith("svg")
+    with pytest.raises(FileExistsError, match="--force"):
+        save(figure, tmp_path / "view")
+
+
+def test_hemisphere_is_a_true_polar_view():
+    """The specular lobe lies on the right at its own polar angle, and the view mirrors about the plane of incidence."""
+    surface = published["Cu"]
+    model = catalogue[surface.model]
+    panel = {"Cu": (40.0, functools.partial(lambda values, g: model(g, values), surface.at(40.0)))}
+    figure = hemisphere(panel, unit="a.u.")
+    ax = figure.axes[0]
+    assert ax.name == "polar"
+    mesh = next(c for c in ax.collections if c.get_array() is not None)
+    values = np.asarray(mesh.get_array())
+    assert values.shape == (361, 91)
+    azimuth, distance = np.unravel_index(np.argmax(values), values.shape)
+    corners = mesh.get_coordinates()[azimuth, distance]
+    assert np.cos(corners[0]) == pytest.approx(1.0)
+    assert corners[1] == pytest.approx(40.75, abs=1.0)
+    np.testing.assert_allclose(values[1:180], values[-2:-181:-1], rtol=1e-9)
+
+
+def test_many_curves_and_channels_say_what_is_left_out(shared_scans):
+    chosen, note = panel_curves(read(shared_scans / "jsss_mwir_copper.csv"))
+    assert len(chosen) == 6
+    assert note == "6 of 10 incidence angles"
+    _, note = panel_curves(read(shared_scans / "rgl_paper_white.csv"))
+    assert note == "channel B"
+
+
+def test_refusals(ranked):
+    out_of_plane = make_scan([10.0, 10.0], [20.0, 30.0], [1.0, 2.0], [90.0, 90.0])
+    with pytest.raises(ValueError, match="no in-plane curve"):
+        panel_curves(out_of_plane)
+    with pytest.raises(ValueError, match="shows one scan"):
+        draw("curves", ranked | {"again": ranked["Al"]})
+    scan, _ = ranked["Al"]
+    exact = {"Al": (scan, rank(scan, [catalogue["lambert"]]))}
+    with pytest.raises(ValueError, match="add --solver anneal"):
+        draw("convergence", exact)
+    parts = {f"{angle}": scan.isel(direction=scan["theta_i"].values == angle) for angle in (20, 30)}
+    apart = {name: (part, rank(part, [catalogue["lambert"]])) for name, part in parts.items()}
+    with pytest.raises(ValueError, match="no incidence angle in common"):
+        draw("errors", apart)
+
+
+def test_error_bars_stack():
+    errors = {"a": {"s": [0.1, 0.2]}, "b": {"s": [0.3, 0.4]}}
+    ax = error_bars(errors, [30, 40], metric="nRMSE").axes[0]
+    tops = sorted(round(p.get_y() + p.get_height(), 6) for p in ax.patches)
+    assert tops == [0.1, 0.2, 0.4, 0.6]

@@ -1,0 +1,76 @@
+"""The house itself: public names, bibliography, locks, and what must not be in any file."""
+
+import re
+import subprocess
+import tomllib
+from importlib.metadata import requires
+from pathlib import Path
+
+import pytest
+
+import gonio
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def tracked() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=False)
+    if listed.returncode:
+        pytest.skip("not a git checkout")
+    return [ROOT / name for name in listed.stdout.decode().split("\0") if name]
+
+
+def test_public_names_load_and_are_few():
+    assert len(gonio.__all__) <= 15
+    assert gonio.__all__ == sorted(gonio.__all__)
+    for name in gonio.__all__:
+        assert getattr(gonio, name) is not None
+    assert set(dir(gonio)) >= set(gonio.__all__)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", gonio.__version__)
+    with pytest.raises(AttributeError, match="no public name 'nothing'"):
+        _ = gonio.nothing
+
+
+def test_citations_are_in_the_bibliography():
+    """Every key that a docstring or a page cites."""
+    keys = set(re.findall(r"@\w+\{(\w+),", (ROOT / "references.bib").read_text(encoding="utf-8")))
+    pattern = re.compile(r"\b([a-z]+(?:1[789]|20)\d\d)\b")
+    sources = [*(ROOT / "src").rglob("*.py"), *(ROOT / "docs").glob("*.md")]
+    cited = {key for path in sources for key in pattern.findall(path.read_text(encoding="utf-8"))}
+    cited -= {"smith1967"}
+    assert {"guo2023", "torrance1967"} <= cited
+    assert cited <= keys
+
+
+def test_locks_hold_hashes_and_no_address():
+    for name in ("requirements.lock", "requirements-test.lock"):
+        text = (ROOT / name).read_text()
+        assert "--hash=sha256:" in text
+        assert "://" not in text
+        assert "--index" not in text
+    locked = set(re.findall(r"^([a-z0-9-]+)==", (ROOT / "requirements.lock").read_text(), re.M))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    declared = {re.split(r"[><=]", d)[0].lower() for d in project["dependencies"]}
+    assert declared <= locked
+    assert declared == {"array-api-compat", "matplotlib", "numpy", "rich", "scipy", "typer", "xarray"}
+    installed = {re.split(r"[><= ;]", r)[0].lower() for r in requires("gonio") or [] if "extra" not in r}
+    assert installed == declared
+
+
+def test_no_path_of_a_machine_no_registry_no_pickle_no_eval():
+    forbidden = [
+        "/wo" + "rk/",
+        "/ro" + "ot/",
+        "py" + "pi.",
+        "python" + "hosted",
+        "npm" + "js",
+        "far" + "m-",
+        ".lib" + "rary",
+    ]
+    for path in tracked():
+        if path.suffix in {".png", ".svg"} or not path.is_file():
+            continue
+        text = path.read_text(encoding="utf-8")
+        assert not [word for word in forbidden if word in text], path
+        if path.suffix == ".py" and "src" in path.parts:
+            assert not re.search(r"\b(pickle|eval\(|exec\()", text), path

@@ -30,9 +30,11 @@ bench: $(VENV)/.gonio
 real-surfaces: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python docs/real_surfaces.py
 
-# The figures of the README.
+# The figure of the README, from a scan beside the project.
+SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv
 figures: $(VENV)/.gonio
-	$(BIN)/python docs/readme_figure.py
+	$(BIN)/gonio plot $(SCAN) --models torrance-sparrow,cauchy-lorentz,cauchy-lorentz-reciprocal \
+		--group ks=theta_i --group rho_s=theta_i --weighting relative --out docs/images/readme.png --force
 
 # The locks, hashes and no index address; needs uv.
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q

@@ -58,15 +58,7 @@ def test_locks_hold_hashes_and_no_address():
 
 
 def test_no_path_of_a_machine_no_registry_no_pickle_no_eval():
-    forbidden = [
-        "/wo" + "rk/",
-        "/ro" + "ot/",
-        "py" + "pi.",
-        "python" + "hosted",
-        "npm" + "js",
-        "far" + "m-",
-        ".lib" + "rary",
-    ]
+    forbidden = ["/ro" + "ot/", "/ho" + "me/", "py" + "pi.", "python" + "hosted", "npm" + "js"]
     for path in tracked():
         if path.suffix in {".png", ".svg"} or not path.is_file():
             continue

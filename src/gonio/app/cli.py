@@ -59,7 +59,7 @@ class Figure(StrEnum):
 def list_models(
     name: Annotated[str, typer.Argument(help="one model, in full", show_default=False)] = "", json: Json = ""
 ) -> None:
-    """List the catalogue, or show one model: its terms, parameters, bounds and units."""
+    """List the models, or show one in full."""
     from gonio import catalogue
     from gonio.app import present
 
@@ -129,7 +129,7 @@ def fit_scan(
     json: Json = "",
     force: Force = False,
 ) -> None:
-    """Fit one model to a scan: values with uncertainties, and how good they are."""
+    """Fit one model to a scan: values, uncertainties, metrics."""
     from gonio import Problem, catalogue
     from gonio.app import arguments, present
     from gonio.compare import assess
@@ -254,7 +254,7 @@ def run_demo(
     seed: Seed = 2023,
     force: Force = False,
 ) -> None:
-    """Run the paper's study on simulated scans and write it as one page."""
+    """Run the paper's study and write it as one page."""
     from gonio.app import present
     from gonio.app.report.demo import write_demo
 

@@ -28,7 +28,7 @@ Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
 ]
 Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
-Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask what is nearer to the incident beam")]
+Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
 Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
 Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names of `gonio models`, or all")]

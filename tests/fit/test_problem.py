@@ -95,6 +95,7 @@ def test_a_value_is_only_known_for_its_groups(aluminium):
         ({"held": {"ks": 1.0}, "grouped": {"ks": "theta_i"}}, "choose one"),
         ({"bounds": {"gamma": (50.0, 10.0)}}, "wrong way round"),
         ({"g1": lambda t: -t}, "non-negative"),
+        ({"held": {"ks": 1.0, "kdd": 1.0, "kid": 1.0, "sigma": 0.1, "gamma": 50.0}}, "nothing is left to fit"),
     ],
 )
 def test_refusals(aluminium, options, message):

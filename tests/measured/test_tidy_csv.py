@@ -73,6 +73,7 @@ def test_units_and_aliases(tmp_path):
         ("# only remarks\n", "", "holds no header"),
         (b"theta_i_deg,theta_r_deg,brdf_sr-1\n# stra\xdfe\n", "line 2, byte 7", "save the file as UTF-8"),
         (b"PK\x03\x04\0\0", "line 1", "zero bytes"),
+        (GOOD.replace("\n", "\r"), "line 1", "carriage return"),
         ("x" * (LONGEST_LINE + 10), "line 1", "longer than 65536 bytes"),
     ],
 )

@@ -84,7 +84,9 @@ class Problem:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
-        _ = self.entries, self.root_weights
+        if not self.free:
+            raise ValueError("every parameter is held: nothing is left to fit")
+        _ = self.root_weights
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
@@ -215,7 +217,7 @@ class Problem:
         basis = self.model.basis(self.geometry, self._shape_at_points(shape))
         lead = shape.shape[:-1]
         n = len(self.measured)
-        matrix = np.zeros((*lead, n, self.n_weights))
+        columns = np.zeros((*lead, self.n_weights, n))  # column by column, as LAPACK reads a matrix
         fixed = np.zeros((*lead, n))
         column = 0
         for entry in self.entries:
@@ -225,11 +227,11 @@ class Problem:
                 fixed += entry.held * basis[entry.name]
                 continue
             if entry.size == 1:
-                matrix[..., column] = basis[entry.name]
+                columns[..., column, :] = basis[entry.name]
             else:
-                matrix[..., np.arange(n), column + entry.group] = basis[entry.name]
+                columns[..., column + entry.group, np.arange(n)] = basis[entry.name]
             column += entry.size
-        return matrix, fixed
+        return np.swapaxes(columns, -1, -2), fixed
 
     def brdf(self, vector: Values) -> Values:
         """The model at every point, for a vector (..., n) of weights and shape."""

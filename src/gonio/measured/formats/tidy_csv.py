@@ -83,7 +83,10 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
                 raise FormatError(
                     path, f"is longer than {LONGEST_LINE} bytes: this is no row of a scan", f"line {number}"
                 )
-            yield number, text.rstrip("\r\n")
+            text = text.rstrip("\r\n")
+            if "\r" in text:
+                raise FormatError(path, "holds a carriage return: save the file with line feeds", f"line {number}")
+            yield number, text
 
 
 def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:

@@ -12,7 +12,8 @@ def bounded_least_squares(matrix: Values, target: Values, lower: Values, upper: 
     """The x within bounds that minimises |matrix x - target|: the problem is convex, so this is the global optimum.
 
     The matrix is reduced by QR and its columns scaled to unit length; the bounds are looked at only when the free
-    optimum leaves them. Columns that are zero, and directions that the data do not tell apart, get the shortest solution.
+    optimum leaves them. Columns that are zero, and directions that the data do not tell apart, get the shortest
+    solution.
     """
     n = matrix.shape[1]
     both = np.empty((len(matrix), n + 1), order="F")  # one factorisation reduces the target with the matrix

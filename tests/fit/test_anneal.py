@@ -35,6 +35,8 @@ def test_lower_and_upper_bounds_hold(aluminium):
     assert 0 <= solution.values["kid"] <= 5.0
     with pytest.raises(ValueError, match="no free parameter is called 'sigma'"):
         Anneal(lb={"sigma": 0.1}).search(problem_of(aluminium))
+    with pytest.raises(ValueError, match="nothing lies between lb and ub of kid: 5 to 2"):
+        Anneal(lb={"kid": 5.0}, ub={"kid": 2.0}).search(problem_of(aluminium))
 
 
 def test_seed_and_chains(aluminium):

@@ -77,6 +77,17 @@ def test_shared_weights_and_grouped_shape():
     assert found["sigma"].shape == found["ks"].shape == (len(problem.measured),)
 
 
+def test_many_shape_parameters_are_searched_too():
+    """Three and more start from quasi-random points: two samples with their own slope under one lobe."""
+    model = catalogue["cauchy-lorentz"]
+    lobe = {"kdd": 60.0, "kid": 0.02, "gamma": 40.0}
+    slopes = {"a": 0.1, "b": 0.25}
+    parts = {k: simulate(model, lobe | {"ks": 0.5, "sigma": s}, [20.0, 50.0, 65.0], THETA_R) for k, s in slopes.items()}
+    solution = fit(Problem(model, join(parts), grouped={"sigma": "scan"}, shared=("kdd", "kid")))
+    for name, value in {"sigma[a]": 0.1, "sigma[b]": 0.25, "gamma": 40.0, "kdd": 60.0}.items():
+        assert solution.values[name] == pytest.approx(value, rel=1e-6)
+
+
 def test_a_value_is_only_known_for_its_groups(aluminium):
     model, _values, scan = aluminium
     solution = fit(Problem(model, scan, grouped={"ks": "theta_i"}))

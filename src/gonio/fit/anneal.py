@@ -52,7 +52,7 @@ class Anneal:
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
         """The values of least E that any chain met; the history holds each chain's best E after each iteration."""
-        objective = _Objective(problem, self._bounds(problem, self.lb), self._bounds(problem, self.ub))
+        objective = _Objective(problem, *self._bounds(problem))
         random = np.random.default_rng(self.seed)
         size = len(problem.names)
         current = random.random((self.chains, size))
@@ -76,7 +76,7 @@ class Anneal:
             history.append(best_cost.copy())
             temperature *= self.cooling_rate
             if temperature < self.final_temperature or self._settled(history):
-                exhausted = temperature >= self.final_temperature and not self._settled(history)
+                exhausted = False
                 break
         progress(1.0)
         winner = int(np.argmin(best_cost))
@@ -89,12 +89,18 @@ class Anneal:
             return False
         return bool(np.all(history[-1 - self.patience] - history[-1] < self.tolerance))
 
-    def _bounds(self, problem: Problem, given: Mapping[str, float]) -> Values:
-        """The bound of every free value that was given one, NaN elsewhere; ValueError for an unknown name."""
-        names = [entry.name for entry in problem.free]
-        if unknown := [name for name in given if name not in names]:
-            raise ValueError(f"no free parameter is called {unknown[0]!r}; there are {', '.join(names)}")
-        return np.array([given.get(entry.name, np.nan) for entry in problem.free for _ in entry.labels])
+    def _bounds(self, problem: Problem) -> tuple[Values, Values]:
+        """The problem's bounds, narrowed to lb and ub; ValueError for an unknown name or a range that is empty."""
+        names = [entry.name for entry in problem.free for _ in entry.labels]
+        for name in (*self.lb, *self.ub):
+            if name not in names:
+                raise ValueError(f"no free parameter is called {name!r}; there are {', '.join(dict.fromkeys(names))}")
+        lower = np.maximum(problem.lower, [self.lb.get(name, -np.inf) for name in names])
+        upper = np.minimum(problem.upper, [self.ub.get(name, np.inf) for name in names])
+        for name, low, high in zip(names, lower, upper, strict=True):
+            if low > high:
+                raise ValueError(f"nothing lies between lb and ub of {name}: {low:g} to {high:g}")
+        return lower, upper
 
 
 class _Objective:
@@ -103,19 +109,16 @@ class _Objective:
     The design is computed once where no shape is free.
     """
 
-    def __init__(self, problem: Problem, lb: Values, ub: Values) -> None:
+    def __init__(self, problem: Problem, lower: Values, upper: Values) -> None:
         self.problem = problem
         self._n = problem.n_weights
-        self._lower = np.where(np.isnan(lb), problem.lower, lb)
-        self._upper = np.where(np.isnan(ub), problem.upper, ub)
-        self._axes = problem.axes(self._lower[self._n :], self._upper[self._n :])
+        self._lower, self._upper = lower, upper
+        self._axes = problem.axes(lower[self._n :], upper[self._n :])
         self._kept = None if problem.free_shape else self._weighted(np.empty((1, 0)))
 
     def __call__(self, unit: Values) -> Values:
         matrix, target, vector = self._system(unit)
-        modelled = np.einsum("...nw,...w->...n", matrix, vector[:, : self._n]) if len(unit) > 1 else None
-        if modelled is None:
-            modelled = (matrix[0] @ vector[0, : self._n])[None]
+        modelled = (matrix @ vector[:, : self._n, None])[..., 0]
         if self.problem.logarithmic:
             return self.problem.cost(self.problem.difference(modelled - target))
         return self.problem.cost(modelled - target)
@@ -132,15 +135,14 @@ class _Objective:
         return matrix, target, np.concatenate([weights, shape], axis=1)
 
     def _weighted(self, shape: Values) -> tuple[Values, Values, Values]:
-        """Design and target as the residual weighs them, and each weight's upper bound."""
+        """Design and target as the residual weighs them (unweighted before a logarithm), and weights' upper bounds."""
         problem = self.problem
         matrix, fixed = problem.design(shape)
-        if problem.logarithmic:  # the residual takes logarithms of matrix @ weights + fixed, unweighted
-            matrix, target, measured = matrix, -fixed, problem.measured - fixed
+        if problem.logarithmic:
+            target, measured = -fixed, problem.measured - fixed
         else:
             matrix = problem.root_weights[:, None] * matrix
-            target = problem.target - problem.root_weights * fixed
-            measured = target
+            target = measured = problem.target - problem.root_weights * fixed
         squared = np.einsum("...nw,...nw->...w", matrix, matrix)
         alone = np.einsum("...nw,...n->...w", matrix, measured) / np.where(squared > 0, squared, 1.0)
         given = self._upper[: self._n]

@@ -63,7 +63,7 @@ class Projection:
         if dimensions > 2:
             from scipy.stats import qmc
 
-            points = qmc.Sobol(dimensions, seed=0).random(2 ** int(np.ceil(np.log2(64 * dimensions))))
+            points = qmc.Sobol(dimensions, scramble=False).random(2 ** int(np.ceil(np.log2(64 * dimensions))))
             order = np.argsort([reduced.cost(p) for p in points])
             return [points[k] for k in order[: self.searches]]
         axis = np.linspace(0.0, 1.0, self.grid if dimensions == 2 else 3 * self.grid)

@@ -15,6 +15,7 @@ from gonio.plot.style import (
     MEASURED,
     THETA_R,
     angle_ticks,
+    heading,
     house_style,
     line_style,
     mark_specular,
@@ -68,7 +69,5 @@ def components(
         for row, scale in enumerate(("linear", "logarithmic")):
             axes[row, 0].set_ylabel(f"{BRDF_LABELS[dataset.unit(scan)]}, {scale}")
         shared_legend(figure, axes[0, 0], columns=3)
-        heading = "  ·  ".join(part for part in (title, note) if part)
-        if heading:
-            figure.suptitle(heading, fontsize=10)
+        heading(figure, title, note)
     return figure

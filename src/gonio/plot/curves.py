@@ -15,6 +15,7 @@ from gonio.plot.style import (
     THETA_R,
     Predictor,
     angle_ticks,
+    heading,
     house_style,
     line_style,
     mark_specular,
@@ -50,9 +51,7 @@ def curves(
             unit = "f / f(θᵢ)" if normalised else BRDF_LABELS[dataset.unit(scan)]
             axes[row, 0].set_ylabel(f"{unit}, {scale}")
         shared_legend(figure, axes[0, 0])
-        heading = "  ·  ".join(part for part in (title, note) if part)
-        if heading:
-            figure.suptitle(heading, fontsize=10)
+        heading(figure, title, note)
     return figure
 
 

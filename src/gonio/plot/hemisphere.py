@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import Geometry
-from gonio.plot.style import BRDF_LABELS, house_style, new_figure
+from gonio.plot.style import BRDF_LABELS, heading, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,6 +68,5 @@ def hemisphere(
             ax.grid(color="white", alpha=0.35, linewidth=0.6)
             ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=12)
             figure.colorbar(mesh, ax=ax, label=BRDF_LABELS[unit], shrink=0.75, pad=0.14)
-        note = "centre θᵣ = 0, rim 90°; angle φ; + specular direction"
-        figure.suptitle(f"{title}  ·  {note}" if title else note, fontsize=9.5)
+        heading(figure, title, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")
     return figure

@@ -10,6 +10,7 @@ from gonio.plot.style import (
     THETA_R,
     Predictor,
     angle_ticks,
+    heading,
     house_style,
     line_style,
     mark_specular,
@@ -46,7 +47,5 @@ def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "
         axes[1, 0].set_yscale("symlog", linthresh=10)
         axes[1, 0].set_yticks([-100, -10, 0, 10, 100, 1000], ["−100", "−10", "0", "10", "100", "1000"])
         shared_legend(figure, axes[0, 0])
-        heading = "  ·  ".join(part for part in (title, note) if part)
-        if heading:
-            figure.suptitle(heading, fontsize=10)
+        heading(figure, title, note)
     return figure

@@ -86,6 +86,13 @@ def shared_legend(figure: "Figure", ax: "Axes", columns: int = 4) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(columns, len(labels)))
 
 
+def heading(figure: "Figure", *parts: str) -> None:
+    """A title over all panels, from the parts that are not empty."""
+    text = "  ·  ".join(part for part in parts if part)
+    if text:
+        figure.suptitle(text, fontsize=10)
+
+
 def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"), force: bool = False) -> list[Path]:
     """Write a figure beside `path` in each format; FileExistsError where one is there and `force` is False."""
     targets = [path.with_name(path.name + suffix) for suffix in suffixes]

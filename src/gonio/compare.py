@@ -13,7 +13,6 @@ from gonio.fit.fitting import fit
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
-from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
 
@@ -197,17 +196,3 @@ def _for_model(model: Model, models: Sequence[Model], options: Mapping[str, Any]
         else:
             out[what] = tuple(name for name in given if name in model.parameters)
     return out
-
-
-def directional_hemispherical(model: Model, values: Mapping[str, float], theta_i: float, nodes: int = 200) -> float:
-    """Directional-hemispherical reflectance at theta_i [deg]: the integral of f cos(theta_r) over the hemisphere.
-
-    Gauss-Legendre quadrature in theta_r and phi; for lobes no narrower than a slope of 0.02 it is good to 1e-5. In the
-    unit of f times sr: at most 1 for a passive surface where f is in 1/sr, arbitrary for relative data.
-    """
-    x, w = np.polynomial.legendre.leggauss(nodes)
-    theta_r, phi = np.meshgrid(45 * (x + 1), 90 * (x + 1), indexing="ij")
-    weights = np.outer(w, w) * (math.pi / 4) * (math.pi / 2) * 2  # phi from 0 to 180 deg, doubled
-    f = np.asarray(model(Geometry.from_degrees(np.full_like(theta_r, theta_i), theta_r, phi), values))
-    r = np.radians(theta_r)
-    return float(np.sum(weights * f * np.cos(r) * np.sin(r)))

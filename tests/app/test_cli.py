@@ -145,6 +145,17 @@ def test_info_json(run, scan_file):
     assert len(found["half_widths"]) == 3
 
 
+def test_check(run, scan_file):
+    found = as_json(run, "check", "cauchy-lorentz")
+    assert {(v["checked"], v["law"]): v["holds"] for v in found}["cauchy-lorentz, kdd = 1", "reciprocity"] is False
+    code, out, _ = run("check", scan_file)
+    assert code == 0
+    assert "relative" in out
+    code, _, err = run("check", "cauchy-lorenz")
+    assert code == 1
+    assert "nearest: cauchy-lorentz" in err
+
+
 @pytest.mark.parametrize("figure", ["curves", "residuals", "components", "hemisphere", "errors"])
 def test_plot(run, scan_file, tmp_path, figure):
     target = tmp_path / "out" / "figure.png"
@@ -266,7 +277,7 @@ def test_the_installed_script(tmp_path):
     """What a user gets: the console script of the wheel, from another folder."""
     environment = os.environ | {"COLUMNS": "80"}
     done = subprocess.run([SCRIPT, "--help"], capture_output=True, text=True, cwd=tmp_path, env=environment, check=True)
-    for command in ("models", "eval", "fit", "compare", "plot", "info", "demo"):
+    for command in ("models", "eval", "fit", "compare", "plot", "info", "check", "demo"):
         assert command in done.stdout
     failed = subprocess.run([SCRIPT, "info", "missing.csv"], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert failed.returncode == 1

@@ -248,6 +248,24 @@ def describe(scan: Scan, json: Json = "", force: Force = False) -> None:
             present.console().print(part)
 
 
+@app.command("check")
+def check_physics(
+    target: Annotated[str, typer.Argument(help="a model, a scan, or a fit's solution.nc", show_default=False)],
+    values: Annotated[list[str], typer.Option("--set", metavar="NAME=VALUE", help="a model's weights and shape")] = [],  # noqa: B006
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """Check positivity, reciprocity and energy."""
+    from gonio.app import arguments, checking, present
+
+    checked = checking.check(target, arguments.numbers(values, "--set"))
+    if json:
+        present.emit_json(checking.record(checked), json, force)
+    if json != "-":
+        for line in checking.lines(checked):
+            present.console().print(line)
+
+
 @app.command("demo")
 def run_demo(
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="where the page and the tables go")] = "demo",

@@ -12,6 +12,7 @@ from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
 from gonio.fit.solution import Optimum, Solution, Status
 from gonio.fit.solver import Progress, Solver, silent
+from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
 
@@ -69,6 +70,7 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "evaluations": optimum.evaluations,
                 "weighting": problem.weighting,
                 "points": len(problem.measured),
+                "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),
                 "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
             },

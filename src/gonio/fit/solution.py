@@ -48,7 +48,7 @@ class Solution:
 
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
     `held`, `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
-    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points.
+    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points, unit (of the data).
     """
 
     dataset: xr.Dataset

@@ -22,7 +22,6 @@ from gonio.app.report.study import COMPARED_AT, Study, Surface
 from gonio.compare import drop
 from gonio.files import refuse_existing, replacing
 from gonio.fit.solver import Progress
-from gonio.geometry import Geometry
 from gonio.measured.dataset import flatten
 from gonio.plot.components import components
 from gonio.plot.convergence import convergence
@@ -197,10 +196,10 @@ def _drawings(study: Study) -> dict[str, Draw]:
     kept = np.flatnonzero(np.isin(flatten(al.scan)["theta_i"].values, COMPARED_AT))
     at = flatten(al.scan).isel(direction=kept)
     out["residuals"] = functools.partial(residuals, at, predictors(al.rows), title="Al, simulated")
-    samples = {s.constants.name: (40.0, functools.partial(_published_brdf, s, 40.0)) for s in study.surfaces}
+    samples = {s.constants.name: (40.0, s.brdf(40.0)) for s in study.surfaces}
     out["figure8"] = functools.partial(hemisphere, samples, unit="a.u.", title="Published constants, as Fig 8")
     angles = {f"SR107 ({letter})": a for letter, a in zip("abcd", (20.0, 30.0, 40.0, 50.0), strict=True)}
-    panels = {name: (a, functools.partial(_published_brdf, sr, a)) for name, a in angles.items()}
+    panels = {name: (a, sr.brdf(a)) for name, a in angles.items()}
     out["figure9"] = functools.partial(
         hemisphere, panels, unit="a.u.", title="Published constants, as Fig 9", one_scale=True
     )
@@ -225,10 +224,6 @@ _LABELS = {"torrance-sparrow": "T-S", "t-c": "T-C", "cauchy-lorentz": "Cauchy-Lo
 
 def _named(model: str, surface: Surface) -> str:
     return surface.t_c if model == "t-c" else model
-
-
-def _published_brdf(surface: Surface, theta_i: float, geometry: Geometry) -> Any:
-    return surface.model(geometry, surface.constants.at(theta_i))
 
 
 def _picture(figure: "Figure", name: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.compare import Row, directional_hemispherical, drop, rank
+from gonio.compare import Row, drop, rank
 from gonio.fit import Anneal, Problem, Projection, Solution, fit
 from gonio.fit.half_width import HalfWidth, half_widths, widest_angle
 from gonio.fit.solver import Progress
@@ -18,6 +18,7 @@ from gonio.measured.simulation import simulate
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.models.publications import Published, load, published
+from gonio.plausibility import Brdf, hemispherical_reflectance
 
 CITE = "guo2023"
 NOISE = 0.01  # relative, of every simulated value
@@ -49,6 +50,10 @@ class Surface:
     @property
     def t_c(self) -> str:
         return T_C[self.constants.name]
+
+    def brdf(self, theta_i: float) -> Brdf:
+        """The published constants at one incidence angle [deg] as a function of directions."""
+        return functools.partial(_evaluate, self.model, self.constants.at(theta_i))
 
     def error(self, model: str, theta_i: float) -> float:
         """NRMSE of a model at one incidence angle."""
@@ -148,10 +153,7 @@ def facts(study: Study) -> dict[str, str]:
     """The numbers of the page's section on what the paper leaves open, computed here."""
     al, sr = (next(s for s in study.surfaces if s.constants.name == n) for n in ("Al", "SR107"))
     model, constants = al.model, al.constants
-    sums = {
-        s.constants.name: [directional_hemispherical(model, s.constants.at(t), t) for t in (20.0, 70.0)]
-        for s in study.surfaces
-    }
+    sums = {s.constants.name: [hemispherical_reflectance(s.brdf(t), t) for t in (20.0, 70.0)] for s in study.surfaces}
     ratios = [_exchange(model, s.constants, 30.0, 50.0) for s in study.surfaces]
     azimuths = [float(model(Geometry.from_degrees(40.0, 40.0, phi), constants.at(40.0))) for phi in (0.0, 90.0, 180.0)]
     t_s = study.printed["drops"]["torrance-sparrow"]
@@ -179,6 +181,10 @@ def facts(study: Study) -> dict[str, str]:
         "excess_most": f"{100 * max(excess):.2g} %",
         "speed_up": f"{np.median([s.speed_up for s in study.surfaces]):,.0f}",
     }
+
+
+def _evaluate(model: Model, values: Mapping[str, float], geometry: Geometry) -> Any:
+    return model(geometry, values)
 
 
 def _exchange(model: Model, constants: Published, one: float, other: float) -> float:

@@ -1,0 +1,144 @@
+"""Whether a reflectance can be real: positivity, Helmholtz reciprocity and energy, and where each fails."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.geometry import Geometry
+from gonio.measured import dataset
+
+Values = npt.NDArray[np.float64]
+Brdf = Callable[[Geometry], Values]
+
+ROUNDING = 1e-6  # |ln ratio| of exchanged directions that arithmetic alone can leave
+QUADRATURE = 1e-3  # excess of a reflectance over 1 that the quadrature alone can leave
+PAIRS = 4_000  # exchanged directions that a model is tried on
+STEEPEST = 85.0  # deg: quasi-random directions stay this side of grazing, where models diverge by design
+FURNACE_ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One law of physics: whether it holds, by how much it fails and where; None where it cannot be told, with why."""
+
+    law: str
+    holds: bool | None
+    figures: dict[str, float]
+    where: str
+    why: str = ""
+
+
+def positivity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
+    """The least value over quasi-random directions, and where it is."""
+    angles = _directions(theta_i)
+    values = np.asarray(brdf(Geometry.from_degrees(*angles)), dtype=float)
+    least = int(np.argmin(values))
+    return Verdict("positivity", bool(values[least] >= 0), {"least": float(values[least])}, _place(angles, least))
+
+
+def reciprocity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
+    """Root mean square and worst ln f(i, r)/f(r, i) over quasi-random pairs, or pairs of angles given [deg]."""
+    angles = _directions(theta_i, both=True)
+    there = Geometry.from_degrees(*angles)
+    back = Geometry(*there[3:], *there[:3])
+    return _exchange(np.asarray(brdf(there)), np.asarray(brdf(back)), lambda k: _place(angles, k))
+
+
+def energy(brdf: Brdf, unit: str, theta_i: Sequence[float] | None = None) -> Verdict:
+    """The white furnace: directional-hemispherical reflectance at several incidence angles, at most 1 each.
+
+    Relative data are refused: without a calibration there is no energy to keep.
+    """
+    if unit != dataset.ABSOLUTE:
+        return Verdict("energy", None, {}, "", "the data are relative: without a calibration no energy can be told")
+    angles = FURNACE_ANGLES if theta_i is None else theta_i
+    reflectances = [hemispherical_reflectance(brdf, angle) for angle in angles]
+    worst = int(np.argmax(reflectances))
+    figures = {f"DHR({angle:g})": value for angle, value in zip(angles, reflectances, strict=True)}
+    return Verdict("energy", reflectances[worst] <= 1 + QUADRATURE, figures, f"theta_i {angles[worst]:g} deg")
+
+
+def hemispherical_reflectance(brdf: Brdf, theta_i: float, nodes: int = 200) -> float:
+    """Directional-hemispherical reflectance at theta_i [deg]: the integral of f cos(theta_r) over the hemisphere.
+
+    Gauss-Legendre quadrature in theta_r and phi; for lobes no narrower than a slope of 0.02 it is good to 1e-5. In the
+    unit of f times sr: at most 1 for a passive surface where f is in 1/sr, arbitrary for relative data.
+    """
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    theta_r, phi = np.meshgrid(45 * (x + 1), 180 * (x + 1), indexing="ij")
+    weights = np.outer(w, w) * (math.pi / 4) * math.pi
+    f = np.asarray(brdf(Geometry.from_degrees(np.full_like(theta_r, theta_i), theta_r, phi)))
+    r = np.radians(theta_r)
+    return float(np.sum(weights * f * np.cos(r) * np.sin(r)))
+
+
+def of_scan(scan: xr.Dataset) -> list[Verdict]:
+    """The three laws as far as a scan's own values tell: reciprocity over the pairs of directions that it holds."""
+    flat = dataset.points(scan)
+    values = flat["brdf"].values
+    least = int(np.argmin(values))
+    angles = np.array([flat[name].values for name in dataset.ANGLES])
+    positive = Verdict("positivity", bool(values[least] >= 0), {"least": float(values[least])}, _place(angles, least))
+    refused = "a scan of some directions says nothing about the hemisphere: fit a model and check that"
+    if dataset.unit(scan) != dataset.ABSOLUTE:
+        refused = "the data are relative: without a calibration no energy can be told"
+    return [positive, _reciprocity_of_scan(flat), Verdict("energy", None, {}, "", refused)]
+
+
+def _reciprocity_of_scan(flat: xr.Dataset) -> Verdict:
+    keys = dataset.sets(flat)
+    sets = list(zip(*(flat[name].values.tolist() for name in keys), strict=True))
+    sets = sets or [()] * flat.sizes["direction"]
+    theta_i, theta_r, phi = (np.round(flat[name].values, 6) for name in dataset.ANGLES)
+    phi = np.where((theta_i == 0) | (theta_r == 0), 0.0, np.abs((phi + 180) % 360 - 180))
+    values = flat["brdf"].values
+    known = {(s, i, r, p): v for s, i, r, p, v in zip(sets, theta_i, theta_r, phi, values, strict=True)}
+    pairs = [
+        (k, known[(s, r, i, p)])
+        for k, (s, i, r, p) in enumerate(zip(sets, theta_i, theta_r, phi, strict=True))
+        if i < r and (s, r, i, p) in known
+    ]
+    if not pairs:
+        return Verdict("reciprocity", None, {}, "", "the scan holds no pair of exchanged directions")
+    rows = np.array([k for k, _ in pairs])
+    angles = np.array([theta_i, theta_r, phi])[:, rows]
+    exchanged = np.array([value for _, value in pairs])
+    return _exchange(values[rows], exchanged, lambda k: _place(angles, k), tolerance=None)
+
+
+def _exchange(there: Values, back: Values, place: Callable[[int], str], tolerance: float | None = ROUNDING) -> Verdict:
+    """Reciprocity from values at directions and at exchanged ones; without a tolerance measured data only score."""
+    both = (there > 0) & (back > 0)
+    if not both.any():
+        return Verdict("reciprocity", None, {}, "", "no pair of exchanged directions has positive values")
+    ratio = np.log(there[both] / back[both])
+    worst = int(np.argmax(np.abs(ratio)))
+    figures = {
+        "pairs": float(both.sum()),
+        "rms ln ratio": float(np.sqrt(np.mean(ratio**2))),
+        "worst ln ratio": float(ratio[worst]),
+    }
+    holds = None if tolerance is None else bool(abs(ratio[worst]) <= tolerance)
+    why = "measured values: judge the figures by their uncertainty" if tolerance is None else ""
+    return Verdict("reciprocity", holds, figures, place(int(np.flatnonzero(both)[worst])), why)
+
+
+def _directions(theta_i: Sequence[float] | None, both: bool = False) -> Values:
+    """theta_i, theta_r and phi [deg] of quasi-random directions; the polar angles from `theta_i` where it is given."""
+    from scipy.stats import qmc
+
+    unit = qmc.Halton(3, scramble=False).random(PAIRS + 1)[1:].T
+    angles: Values = unit * np.array([[STEEPEST], [STEEPEST], [360.0]])
+    if theta_i is not None:
+        given = np.asarray(theta_i, dtype=float)
+        for k in (0, 1) if both else (0,):
+            angles[k] = given[(unit[k] * len(given)).astype(int)]
+    return angles
+
+
+def _place(angles: Values, k: int) -> str:
+    return ", ".join(f"{name} {angles[j][k]:.4g}" for j, name in enumerate(dataset.ANGLES)) + " deg"

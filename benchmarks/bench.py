@@ -20,6 +20,7 @@ from rich.progress import track
 
 from gonio import Anneal, Problem, Projection, catalogue, read
 from gonio.app.present import figure, table
+from gonio.compare import FAMILY
 from gonio.fit import fit
 
 HERE = Path(__file__).resolve().parent
@@ -145,7 +146,7 @@ def main() -> int:
     if only:
         print(json.dumps(figures, indent=2))
         return 0
-    jobs = [(path, name) for path in sorted(SCANS.glob("*.csv")) for name in catalogue]
+    jobs = [(path, name) for path in sorted(SCANS.glob("*.csv")) for name in FAMILY]
     fits = [compare(path, name) for path, name in track(jobs, "fitting", disable=not sys.stderr.isatty())]
     ratios = [row["time_ratio_fixed_shape"] for row in fits]
     figures |= {

@@ -13,7 +13,7 @@ from rich.progress import track
 
 from gonio import catalogue, read
 from gonio.app.present import figure as digits
-from gonio.compare import METRICS, Row, drop, predict, rank, reference_errors
+from gonio.compare import FAMILY, METRICS, Row, drop, predict, rank, reference_errors
 from gonio.measured.dataset import points, signed_theta_r
 from gonio.measured.masking import mask
 from gonio.plot.curves import curves
@@ -86,7 +86,9 @@ def usable(path: Path, positive: bool) -> xr.Dataset:
 
 def fitted(path: Path, weighting: str) -> Result:
     scan = usable(path, positive=weighting == "relative")
-    return Result(path.stem, scan, rank(scan, list(catalogue.values()), weighting=weighting, grouped=GROUPED))
+    return Result(
+        path.stem, scan, rank(scan, [catalogue[name] for name in FAMILY], weighting=weighting, grouped=GROUPED)
+    )
 
 
 def verdict(result: Result) -> str:

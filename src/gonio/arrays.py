@@ -1,5 +1,6 @@
 """Which array library is this? The only file that knows their names."""
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -43,3 +44,19 @@ def namespace(array: Array) -> Any:
 def is_traced_never(array: Array) -> bool:
     """Whether values computed from `array` may be kept: NumPy never traces, other libraries may."""
     return isinstance(array, np.ndarray)
+
+
+def special(name: str, value: Array) -> Array:
+    """A special function by SciPy's name (erf, erfc, gammaln), in the array library of `value`.
+
+    The standard has none: JAX and PyTorch bring their own, which trace and differentiate; any other library goes
+    through SciPy and back.
+    """
+    xp = namespace(value)
+    library = xp.__name__.split(".")[0]
+    if library == "jax":
+        return getattr(importlib.import_module("jax.scipy.special"), name)(value)
+    if "torch" in xp.__name__:
+        return getattr(importlib.import_module("torch.special"), name)(value)
+    computed = getattr(importlib.import_module("scipy.special"), name)(np.asarray(value))
+    return xp.asarray(computed, dtype=value.dtype)

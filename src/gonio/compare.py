@@ -51,6 +51,9 @@ METRICS: Mapping[str, Metric] = {
     ),
 }
 
+# The models that guo2023 compares, its own made reciprocal, and the simplest of all.
+FAMILY = ("lambert", "torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz", "cauchy-lorentz-reciprocal")
+
 # What the paper calls T-S and T-C: the second is wang-2016 for its metals and liu-2016 for its coatings.
 REFERENCES: Mapping[str, tuple[str, ...]] = {"T-S": ("torrance-sparrow",), "T-C": ("wang-2016", "liu-2016")}
 

@@ -18,6 +18,12 @@ from gonio.optics.lorentz import hemispherical_integral
 from gonio.optics.masking import v_groove
 from gonio.plausibility import hemispherical_reflectance
 
+# Every TOML file of this folder may hold [[term]] rows: model, weight, shape, values over the common directions.
+TERMS = [
+    row
+    for path in sorted(Path(__file__).parent.glob("*.toml"))
+    for row in tomllib.loads(path.read_text(encoding="utf-8")).get("term", [])
+]
 TABLE = tomllib.loads(Path(__file__).with_name("formulas.toml").read_text(encoding="utf-8"))
 PLACES = np.array(TABLE["directions"], dtype=float).T
 GEOMETRY = Geometry.from_degrees(*PLACES)
@@ -34,7 +40,7 @@ def test_geometry(row):
     agrees(getattr(GEOMETRY, row["quantity"]), row["values"])
 
 
-@pytest.mark.parametrize("row", TABLE["term"], ids=lambda row: row["what"])
+@pytest.mark.parametrize("row", TERMS, ids=lambda row: row["what"])
 def test_terms(row):
     model = catalogue[row["model"]]
     if "fresnel" in row:

@@ -151,7 +151,7 @@ def fit_scan(
 @app.command("compare")
 def compare_models(
     scans: Scans,
-    models: Models = "all",
+    models: Models = "family",
     solver: SolverName = "projection",
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006

@@ -31,7 +31,7 @@ Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
 Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
 Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
-Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names of `gonio models`, or all")]
+Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names, family (the paper's) or all")]
 
 
 def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
@@ -69,9 +69,12 @@ def problem_options(
 
 
 def chosen_models(names: str) -> "list[Model]":
-    """Models by name, or all of them."""
+    """Models by name, the paper's family, or all of them."""
     from gonio import catalogue
+    from gonio.compare import FAMILY
 
     if names == "all":
         return list(catalogue.values())
+    if names == "family":
+        return [catalogue[name] for name in FAMILY]
     return [catalogue[name.strip()] for name in names.split(",") if name.strip()]

@@ -1,10 +1,14 @@
 """Fresnel reflectance of a smooth facet (formulas 1), and how a term gains it."""
 
 import functools
+from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Term
+from gonio.model import Parameter, Term
+
+Index = Annotated[float, Parameter(1.5, 0.05, 10.0, "refractive index, real part")]
+Extinction = Annotated[float, Parameter(0.0, 0.0, 20.0, "refractive index, imaginary part")]
 
 
 def unpolarised(cos_beta: Array, n: float, k: float) -> Array:
@@ -28,3 +32,8 @@ def with_fresnel(term: Term, n: float, k: float) -> Term:
         return unpolarised(g.cos_beta, n, k) * term(g, **shape)
 
     return product
+
+
+def schlick(cos_beta: Array, f0: Array) -> Array:
+    """Schlick's approximation from the reflectance at normal incidence."""
+    return f0 + (1 - f0) * (1 - cos_beta) ** 5

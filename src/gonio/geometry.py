@@ -86,10 +86,19 @@ class Geometry(Directions):
         return (self.z_i + self.z_r) / _root(self._sum_squared)
 
     @cached_property
+    def slope_x(self) -> Array:
+        """Slope of the facet along the surface's x axis, h_x/h_z."""
+        return (self.x_i + self.x_r) / _above_zero(self.z_i + self.z_r, 2 * GRAZING)
+
+    @cached_property
+    def slope_y(self) -> Array:
+        """Slope of the facet along the surface's y axis, h_y/h_z."""
+        return (self.y_i + self.y_r) / _above_zero(self.z_i + self.z_r, 2 * GRAZING)
+
+    @cached_property
     def tan_alpha_squared(self) -> Array:
-        """Squared slope of the facet: (h_x^2 + h_y^2)/h_z^2, which keeps its digits near the mirror direction."""
-        x, y = self.x_i + self.x_r, self.y_i + self.y_r
-        return (x * x + y * y) / _above_zero(self.z_i + self.z_r, 2 * GRAZING) ** 2
+        """Squared slope of the facet, which keeps its digits near the mirror direction where 1/cos^2 - 1 loses them."""
+        return self.slope_x**2 + self.slope_y**2
 
     @cached_property
     def _sum_squared(self) -> Array:

@@ -1,0 +1,52 @@
+"""Rough conductors and dielectrics: facets with Smith's height-correlated masking and a Fresnel factor."""
+
+from typing import Annotated
+
+from gonio.geometry import Geometry
+from gonio.model import Model, Parameter, PerSteradian
+from gonio.optics.diffuse import lambertian
+from gonio.optics.facets import TotalSlope, Width, beckmann_slopes, ggx_slopes, reflected, student_slopes
+from gonio.optics.fresnel import Extinction, Index, unpolarised
+from gonio.optics.masking import beckmann_lambda, ggx_lambda, smith, student_lambda
+
+Tail = Annotated[float, Parameter(2.5, 1.55, 40.0, "exponent of the tail: 2 is GGX, large is Beckmann")]
+
+
+def beckmann_facets(g: Geometry, m: TotalSlope, index: Index, extinction: Extinction) -> PerSteradian:
+    """Gaussian slopes, Smith's masking, Fresnel (walter2007)."""
+    masking = smith(beckmann_lambda(g.cos_i, m), beckmann_lambda(g.cos_r, m))
+    return unpolarised(g.cos_beta, index, extinction) * reflected(g, beckmann_slopes(g, m), masking)
+
+
+def ggx_facets(g: Geometry, width: Width, index: Index, extinction: Extinction) -> PerSteradian:
+    """GGX slopes, Smith's masking, Fresnel (walter2007)."""
+    masking = smith(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
+    return unpolarised(g.cos_beta, index, extinction) * reflected(g, ggx_slopes(g, width), masking)
+
+
+def student_facets(g: Geometry, width: Width, c: Tail, index: Index, extinction: Extinction) -> PerSteradian:
+    """Student's t slopes, their exact Smith masking, Fresnel (ribardiere2017)."""
+    masking = smith(student_lambda(g.cos_i, width, c), student_lambda(g.cos_r, width, c))
+    return unpolarised(g.cos_beta, index, extinction) * reflected(g, student_slopes(g, width, c), masking)
+
+
+beckmann = Model(
+    name="beckmann",
+    title="Gaussian facets, Smith masking, Fresnel",
+    cite="walter2007",
+    terms={"rho_s": beckmann_facets, "rho_d": lambertian},
+)
+
+ggx = Model(
+    name="ggx",
+    title="GGX facets, Smith masking, Fresnel",
+    cite="walter2007",
+    terms={"rho_s": ggx_facets, "rho_d": lambertian},
+)
+
+student_t = Model(
+    name="student-t",
+    title="Student-t facets, exact Smith masking, Fresnel",
+    cite="ribardiere2017",
+    terms={"rho_s": student_facets, "rho_d": lambertian},
+)

@@ -18,12 +18,11 @@ from gonio.optics.lorentz import hemispherical_integral
 from gonio.optics.masking import v_groove
 from gonio.plausibility import hemispherical_reflectance
 
-# Every TOML file of this folder may hold [[term]] rows: model, weight, shape, values over the common directions.
-TERMS = [
-    row
-    for path in sorted(Path(__file__).parent.glob("*.toml"))
-    for row in tomllib.loads(path.read_text(encoding="utf-8")).get("term", [])
-]
+# Every TOML file of this folder may hold [[term]] rows (model, weight, shape) and [[whole]] rows (model, values_set),
+# with their values over the common directions.
+FILES = [tomllib.loads(p.read_text(encoding="utf-8")) for p in sorted(Path(__file__).parent.glob("*.toml"))]
+TERMS = [row for file in FILES for row in file.get("term", [])]
+WHOLES = [row for file in FILES for row in file.get("whole", [])]
 TABLE = tomllib.loads(Path(__file__).with_name("formulas.toml").read_text(encoding="utf-8"))
 PLACES = np.array(TABLE["directions"], dtype=float).T
 GEOMETRY = Geometry.from_degrees(*PLACES)
@@ -47,6 +46,11 @@ def test_terms(row):
         terms = dict(model.terms) | {row["weight"]: with_fresnel(model.terms[row["weight"]], **row["fresnel"])}
         model = dataclasses.replace(model, terms=terms)
     agrees(model.basis(GEOMETRY, row["shape"])[row["weight"]], row["values"])
+
+
+@pytest.mark.parametrize("row", WHOLES, ids=lambda row: row["what"])
+def test_whole_models(row):
+    agrees(catalogue[row["model"]](GEOMETRY, row["values_set"]), row["values"])
 
 
 def test_fresnel_and_masking():

@@ -2,12 +2,9 @@
 
 import math
 
-import numpy as np
-
 from gonio.arrays import Array, align
+from gonio.optics.quadrature import unit_interval
 from gonio.units import to_radians
-
-_NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
 def hemispherical_integral(gamma: Array) -> Array:
@@ -21,8 +18,6 @@ def hemispherical_integral(gamma: Array) -> Array:
     xp, (width,) = align(gamma)
     width = to_radians(width)[..., None]
     end = xp.asinh((math.pi / 2) / width)
-    half = end / 2
-    nodes = xp.asarray(_NODES, dtype=width.dtype)
-    s = half * (nodes + 1)
-    weights = xp.asarray(_NODE_WEIGHTS, dtype=width.dtype) * half
-    return math.pi * xp.sum(weights * width * xp.sin(2 * width * xp.sinh(s)) / xp.cosh(s), axis=-1)
+    nodes, weights = unit_interval(64, width)
+    s = end * nodes
+    return math.pi * xp.sum(weights * end * width * xp.sin(2 * width * xp.sinh(s)) / xp.cosh(s), axis=-1)

@@ -2,12 +2,9 @@
 
 import math
 
-import numpy as np
-
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
-
-_NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(96)
+from gonio.optics.quadrature import unit_interval
 
 
 def v_groove(g: Geometry) -> Array:
@@ -52,8 +49,8 @@ def student_lambda(cos: Array, width: Array, c: Array) -> Array:
     x = cos / (width * _sine(cos))
     root = (c - 1) ** 0.5
     end = xp.asinh(x / root)
-    s = end[..., None] * xp.asarray((_NODES + 1) / 2, dtype=x.dtype)
-    weights = xp.asarray(_NODE_WEIGHTS / 2, dtype=x.dtype)
+    nodes, weights = unit_interval(96, x)
+    s = end[..., None] * nodes
     cosh_power = xp.exp((2 - 2 * c)[..., None] * xp.log(xp.cosh(s)))
     second = root * end * xp.sum(weights * cosh_power, axis=-1)
     first = (c - 1 + x**2) ** (1.5 - c) / x

@@ -1,0 +1,40 @@
+"""The five-parameter statistical model, reconstructed; and its reciprocal variant."""
+
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, Model
+from gonio.optics.diffuse import uniform
+from gonio.optics.wu import (
+    FresnelGain,
+    FresnelPower,
+    LobeWidth,
+    diffuse_over_cosine,
+    facets_and_shadowing,
+    statistical_facets,
+)
+
+
+def reciprocal_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPower) -> Dimensionless:
+    """The same facets over both cosines (formulas 6.7, convention "reciprocal")."""
+    return facets_and_shadowing(g, kr, b, a) / (g.cos_i * g.cos_r)
+
+
+wu_five = Model(
+    name="wu-five",
+    title="Five-parameter statistical",
+    cite="wu2002",
+    terms={"kb": statistical_facets, "kd": diffuse_over_cosine},
+    violates={
+        "reciprocity": "each term is divided by one of the two cosines",
+        "energy": "neither term is normalised",
+    },
+    confidence="reconstructed",
+)
+
+wu_five_reciprocal = Model(
+    name="wu-five-reciprocal",
+    title="Five-parameter, reciprocal",
+    cite="wu2002",
+    terms={"kb": reciprocal_facets, "kd": uniform},
+    violates={"energy": "neither term is normalised"},
+    confidence="reconstructed",
+)

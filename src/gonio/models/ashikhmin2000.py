@@ -1,0 +1,35 @@
+"""An energy-conserving Phong lobe with Fresnel weight, and the diffuse light that it leaves (isotropic form)."""
+
+import math
+from typing import Annotated
+
+from gonio.arrays import Array, namespace
+from gonio.geometry import Geometry
+from gonio.model import Model, Parameter, PerSteradian
+from gonio.optics.fresnel import schlick
+
+Specular = Annotated[float, Parameter(0.5, 0.0, 1.0, "specular reflectance at normal incidence")]
+Exponent = Annotated[float, Parameter(50.0, 0.0, 100000.0, "exponent of the distribution of facet normals")]
+
+
+def fresnel_lobe(g: Geometry, rs: Specular, n: Exponent) -> PerSteradian:
+    """Power of the facet tilt's cosine, times Schlick's reflectance (ashikhmin2000; formulas 7.4)."""
+    larger = namespace(g.cos_i).where(g.cos_i > g.cos_r, g.cos_i, g.cos_r)
+    return (n + 1) / (8 * math.pi) * g.cos_alpha**n * schlick(g.cos_beta, rs) / (g.cos_beta * larger)
+
+
+def coupled_diffuse(g: Geometry, rs: Specular) -> PerSteradian:
+    """Diffuse reflection of the light that the specular lobe leaves (ashikhmin2000; formulas 7.4)."""
+    return 28 / (23 * math.pi) * (1 - rs) * _left(g.cos_i) * _left(g.cos_r)
+
+
+def _left(cos: Array) -> Array:
+    return 1 - (1 - cos / 2) ** 5
+
+
+ashikhmin_shirley = Model(
+    name="ashikhmin-shirley",
+    title="Ashikhmin and Shirley's Phong, isotropic",
+    cite="ashikhmin2000",
+    terms={"ks": fresnel_lobe, "rho_d": coupled_diffuse},
+)

@@ -8,7 +8,7 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench real-surfaces figures lock clean
+.PHONY: demo test check bench real-surfaces catalogue figures lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -29,6 +29,10 @@ bench: $(VENV)/.gonio
 # docs/real-surfaces.md and its figures from the shared scans.
 real-surfaces: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python docs/real_surfaces.py
+
+# docs/catalogue.md and its figures from the declarations of the models.
+catalogue: $(VENV)/.gonio
+	$(BIN)/python docs/catalogue.py
 
 # The figure of the README, from a scan beside the project.
 SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv

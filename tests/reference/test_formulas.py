@@ -137,3 +137,29 @@ def test_tables_2_and_3_recompute(reference):
             differences.append(old - new)
     assert np.mean(drops) == pytest.approx(stated["average"], abs=0.0051)
     assert np.mean(differences) == pytest.approx(stated["average_error"], abs=0.000051)
+
+
+def test_fresnel_at_its_edges():
+    """An index of 1 reflects nothing; beyond the critical angle everything; values and slopes stay finite."""
+    import jax
+    import jax.numpy as jnp
+
+    cos = np.cos(np.radians([0.0, 30.0, 60.0, 89.9]))
+    np.testing.assert_allclose(unpolarised(cos, 1.0, 0.0), 0.0, atol=1e-20)
+    inside = unpolarised(np.cos(np.radians([20.0, 41.0, 42.0, 80.0])), 1 / 1.5, 0.0)
+    assert inside[0] < 0.05
+    np.testing.assert_allclose(inside[2:], 1.0, rtol=1e-12)
+    with jax.enable_x64(True):
+        for n, k in ((1.0, 0.0), (1 / 1.5, 0.0), (1.5, 0.0), (0.25, 3.4)):
+            slopes = jax.jacfwd(unpolarised, argnums=(1, 2))(jnp.asarray(cos), n, k)
+            assert all(np.isfinite(np.asarray(slope)).all() for slope in slopes)
+
+
+def test_fresnel_against_complex_arithmetic():
+    """The real form against Fresnel's own, in complex numbers, over random indices and angles."""
+    random = np.random.default_rng(7)
+    n, k, beta = random.uniform(0.1, 5, 500), random.uniform(0, 8, 500), random.uniform(0, np.pi / 2, 500)
+    m2, cos = (n + 1j * k) ** 2, np.cos(beta)
+    q = np.sqrt(m2 - np.sin(beta) ** 2)
+    r_s, r_p = (cos - q) / (cos + q), (m2 * cos - q) / (m2 * cos + q)
+    np.testing.assert_allclose(unpolarised(cos, n, k), (abs(r_s) ** 2 + abs(r_p) ** 2) / 2, rtol=1e-11)

@@ -99,11 +99,11 @@ def models_table(models: Sequence["Model"]) -> "Table":
     out = table("model", "what it is", "breaks", left=3)
     for model in models:
         mark = "" if model.confidence == "confirmed" else f" ({model.confidence})"
-        out.add_row(model.name, model.title + mark, " ".join(sorted(law[0].upper() for law in model.violates)))
+        out.add_row(model.name, model.title + mark, "".join(sorted(law[0].upper() for law in model.violates)))
     return out
 
 
-BREAKS = "breaks: E energy is not bounded by the weights, R not reciprocal; gonio models NAME says why"
+BREAKS = "breaks: E energy unbounded, P can be negative, R not reciprocal"
 
 
 def model_lines(model: "Model") -> Iterator[str]:
@@ -164,9 +164,16 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
     out = table("model", "free", *heads, *(f"vs {name}" for name in references), title=scan)
     for row in rows:
         own = row.metrics["nrmse"]
-        drops = [f"{drop(error, own):+.1f}%" if error != own else "–" for error in references.values()]
+        drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
         out.add_row(row.model.name, str(row.free_parameters), *(figure(row.metrics[n]) for n in METRICS), *drops)
     return out
+
+
+def _percent(value: float) -> str:
+    """A drop in eight characters; one far below zero says only that."""
+    if value < -1e4:
+        return "< -1e4%"
+    return f"{value:+.1f}%" if abs(value) < 100 else f"{value:+.0f}%"
 
 
 ANGLES_A_TABLE = 7

@@ -32,7 +32,7 @@ def _lorentz(theta: Array, gamma: Array) -> Array:
 
 cauchy_lorentz = Model(
     name="cauchy-lorentz",
-    title="Three components, Cauchy-Lorentz diffuse lobe",
+    title="Three components, Cauchy-Lorentz lobe",
     cite="guo2023",
     terms={"ks": gaussian_facets, "kdd": lorentz_lobe, "kid": uniform},
     violates={

@@ -38,7 +38,7 @@ def _multiple(cos: Array, w: Array) -> Array:
 
 hapke = Model(
     name="hapke",
-    title="Hapke's particulate surface, without roughness",
+    title="Hapke's particulate surface, smooth",
     cite="hapke1981",
     terms={"scale": particulate},
 )

@@ -17,7 +17,7 @@ def cosine_power(g: Geometry, n: Exponent) -> Dimensionless:
 
 liu_2016 = Model(
     name="liu-2016",
-    title="Three components, cosine-power diffuse lobe",
+    title="Three components, cosine-power lobe",
     cite="liu2016",
     terms={"ks": gaussian_facets, "kdd": cosine_power, "kid": uniform},
     violates={

@@ -32,7 +32,7 @@ def normalised_phong(g: Geometry, n: Shininess) -> PerSteradian:
 
 phong = Model(
     name="phong",
-    title="Cosine power about the mirror direction, 1975",
+    title="Cosine power about the mirror, 1975",
     cite="phong1975",
     terms={"ks": phong_shading, "kd": lambertian},
     violates={

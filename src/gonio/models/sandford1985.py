@@ -46,7 +46,7 @@ def _fall(cos: Array, b: Array) -> Array:
 
 sandford_robertson = Model(
     name="sandford-robertson",
-    title="Sandford and Robertson's paint",
+    title="Sandford-Robertson paint",
     cite="sandford1985",
     terms={"scale": paint},
     violates={"reciprocity": "the specular lobe is normalised over theta_r alone"},

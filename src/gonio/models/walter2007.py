@@ -46,7 +46,7 @@ ggx = Model(
 
 student_t = Model(
     name="student-t",
-    title="Student-t facets, exact Smith masking, Fresnel",
+    title="Student-t facets, Smith masking, Fresnel",
     cite="ribardiere2017",
     terms={"rho_s": student_facets, "rho_d": lambertian},
 )

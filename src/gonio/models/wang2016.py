@@ -20,7 +20,7 @@ def gaussian_lobe(g: Geometry, sigma_m: LobeWidth) -> PerDegree:
 
 wang_2016 = Model(
     name="wang-2016",
-    title="Three components, Gaussian diffuse lobe",
+    title="Three components, Gaussian lobe",
     cite="wang2016",
     terms={"ks": gaussian_facets, "kdd": gaussian_lobe, "kid": uniform},
     violates={

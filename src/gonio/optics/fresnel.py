@@ -7,20 +7,30 @@ from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Parameter, Term
 
+TINY = 1e-30  # below every squared modulus that matters, and above what single precision rounds to zero
+
 Index = Annotated[float, Parameter(1.5, 0.05, 10.0, "refractive index, real part")]
 Extinction = Annotated[float, Parameter(0.0, 0.0, 20.0, "refractive index, imaginary part")]
 
 
-def unpolarised(cos_beta: Array, n: float, k: float) -> Array:
-    """Mean of the s and p reflectances of complex index n + i k at local incidence beta, in real arithmetic."""
+def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
+    """Mean of the s and p reflectances of complex index n + i k at local incidence beta, in real arithmetic.
+
+    q = a + i b is the root of m^2 - sin^2 beta. Its larger part is taken by a root and the other by division, so that
+    nothing is singular at total reflection (k = 0, n < sin beta) and an index of 1 reflects exactly nothing.
+    """
     xp = namespace(cos_beta)
     cos2 = cos_beta**2
     sin2 = 1 - cos2
-    t = n**2 - k**2 - sin2
-    a2 = xp.sqrt(t**2 + 4 * n**2 * k**2)
-    a = xp.sqrt((a2 + t) / 2)
-    r_s = (a2 - 2 * a * cos_beta + cos2) / (a2 + 2 * a * cos_beta + cos2)
-    r_p = r_s * (cos2 * a2 - 2 * a * cos_beta * sin2 + sin2**2) / (cos2 * a2 + 2 * a * cos_beta * sin2 + sin2**2)
+    t, twice = n**2 - k**2 - sin2, 2 * n * k
+    squared = t**2 + twice**2
+    modulus = xp.sqrt(xp.where(squared < TINY, TINY, squared))
+    larger = xp.sqrt((modulus + xp.abs(t)) / 2)
+    smaller = twice / (2 * larger)
+    a, b2 = xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller) ** 2
+    r_s = ((a - cos_beta) ** 2 + b2) / ((a + cos_beta) ** 2 + b2)
+    along = a * cos_beta
+    r_p = r_s * ((along - sin2) ** 2 + b2 * cos2) / ((along + sin2) ** 2 + b2 * cos2)
     return (r_s + r_p) / 2
 
 

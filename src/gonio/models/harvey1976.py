@@ -1,0 +1,24 @@
+"""Harvey and Shack's empirical lobe, invariant to shifts in direction cosines."""
+
+from typing import Annotated
+
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, Model, Parameter
+from gonio.optics.kirchhoff import shift_squared
+
+Shoulder = Annotated[float, Parameter(0.05, 1e-4, 1.0, "shoulder of the lobe, in direction cosines")]
+Slope = Annotated[float, Parameter(-1.5, -6.0, 0.0, "slope of the wing on logarithmic axes")]
+
+
+def shoulder_and_wing(g: Geometry, L: Shoulder, S: Slope) -> Dimensionless:
+    """Flat within the shoulder, a power beyond it; the weight is the peak (harvey1976; formulas 7.9)."""
+    return (1 + shift_squared(g) / L**2) ** (S / 2)
+
+
+harvey_shack = Model(
+    name="harvey-shack",
+    title="Harvey and Shack's empirical scatter lobe",
+    cite="harvey1976",
+    terms={"b0": shoulder_and_wing},
+    violates={"energy": "the weight is the peak of the lobe, and nothing bounds the light below it"},
+)

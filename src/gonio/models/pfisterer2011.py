@@ -1,0 +1,29 @@
+"""The ABg model of stray-light analysis."""
+
+from typing import Annotated
+
+from gonio.arrays import namespace
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, Model, Parameter
+from gonio.optics.kirchhoff import shift_squared
+
+RollOff = Annotated[float, Parameter(0.001, 1e-8, 10.0, "level at which the lobe turns flat")]
+Exponent = Annotated[float, Parameter(2.0, 0.0, 6.0, "exponent of the wing; 0 is ideal diffuse reflection")]
+
+
+def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
+    """A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9)."""
+    squared = shift_squared(geometry)
+    xp = namespace(squared)
+    # the mirror direction has no logarithm, and a power below 1 no slope there
+    distance = xp.where(squared < 1e-20, 1e-20, squared)
+    return 1 / (B + distance ** (g / 2))
+
+
+abg = Model(
+    name="abg",
+    title="ABg scatter of stray-light analysis",
+    cite="pfisterer2011",
+    terms={"A": inverse_power},
+    violates={"energy": "the weight is the level of the wing, and nothing bounds the light below the lobe"},
+)

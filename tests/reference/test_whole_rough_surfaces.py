@@ -1,0 +1,114 @@
+"""Scatter of rough surfaces: the identities and limits of the Kirchhoff family (the printed values are in the TOML)."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import erfc, gammaln
+
+from gonio import Geometry, catalogue
+from gonio.models.he1991 import _apparent_height
+from gonio.optics.facets import beckmann_slopes
+from gonio.optics.kirchhoff import diffracted, kirchhoff_obliquity, phase_variance, shift_squared
+from gonio.plausibility import hemispherical_reflectance
+
+AL = {"index": 1.37, "extinction": 7.62}
+WAVELENGTH = 0.6328
+
+
+def anywhere(n=500):
+    random = np.random.default_rng(1)
+    return Geometry.from_degrees(random.uniform(0, 88, n), random.uniform(0, 88, n), random.uniform(0, 360, n))
+
+
+def test_distance_to_the_mirror_direction():
+    """2 cos b sin a is the distance of the direction cosines."""
+    g = anywhere()
+    sin_alpha_squared = g.tan_alpha_squared * g.cos_alpha**2
+    np.testing.assert_allclose(shift_squared(g), 4 * g.cos_beta**2 * sin_alpha_squared, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sigma", [0.002, 0.1, 0.31, 0.33, 0.6, 2.0])
+def test_kernel_against_the_series(sigma):
+    """The full series, summed over every term that counts; g = 40 is crossed between the heights."""
+    g = anywhere(40)
+    length = 4 * sigma + 0.5
+    variance = phase_variance(g, sigma, WAVELENGTH)[:, None]
+    m = np.arange(1, 6000)
+    tail = (math.pi * length / WAVELENGTH) ** 2 * shift_squared(g)[:, None]
+    terms = np.exp(m * np.log(variance) - variance - gammaln(m + 1) - np.log(m) - tail / m)
+    expected = math.pi * (length / WAVELENGTH) ** 2 * terms.sum(axis=1)
+    found = diffracted(g, sigma, length, WAVELENGTH)
+    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9 * expected.max())
+
+
+def test_kernel_has_no_step_where_sampling_begins():
+    g = Geometry.from_degrees(30.0, np.linspace(0, 60, 13), 180.0)
+    edge = math.sqrt(40.0) * WAVELENGTH / (2 * math.pi) / (g.cos_i + g.cos_r)
+    below, above = (diffracted(g, edge * (1 + side), 3.0, WAVELENGTH) for side in (-1e-12, 1e-12))
+    np.testing.assert_allclose(above, below, rtol=1e-10)
+
+
+def test_rough_limit_is_beckmanns_facets():
+    """Original Beckmann-Kirchhoff of a very rough surface: facets of slope 2 sigma/length, nothing masked."""
+    g = anywhere()
+    sigma, length = 10.0, 40.0
+    facets = beckmann_slopes(g, 2 * sigma / length) / (4 * g.cos_i * g.cos_r)
+    found = kirchhoff_obliquity(g) * diffracted(g, sigma, length, WAVELENGTH)
+    near = (g.tan_alpha_squared < 0.5) & (g.cos_i + g.cos_r > 1)
+    assert near.sum() > 100
+    np.testing.assert_allclose(found[near] / facets[near], 1.0, rtol=1.5e-3)
+    mirror = Geometry.from_degrees(30.0, 30.0, 180.0)
+    ratio = kirchhoff_obliquity(mirror) * diffracted(mirror, sigma, length, WAVELENGTH)
+    ratio *= 4 * mirror.cos_i * mirror.cos_r / beckmann_slopes(mirror, 2 * sigma / length)
+    assert ratio == pytest.approx(1.0, abs=1.5e-4)
+
+
+def test_smooth_limits():
+    """Generalised Harvey-Shack at small heights is the spectrum of heights times (4 pi^2/lambda^4)(cos_i + cos_r)^2."""
+    g = anywhere()
+    sigma, length = 1e-5, 0.3  # short: the second order of the series outlives the first far from the mirror
+    spectrum = math.pi * sigma**2 * length**2 * np.exp(-((math.pi * length / WAVELENGTH) ** 2) * shift_squared(g))
+    expected = 4 * math.pi**2 / WAVELENGTH**4 * (g.cos_i + g.cos_r) ** 2 * spectrum
+    np.testing.assert_allclose(diffracted(g, sigma, length, WAVELENGTH), expected, rtol=1e-3)
+
+
+def test_rayleigh_rice_polarisation_against_complex_amplitudes():
+    """The azimuth-free real form of the model against the four printed amplitudes."""
+    random = np.random.default_rng(2)
+    t_i, t_r, phi = random.uniform(0.1, 88, 300), random.uniform(0.1, 88, 300), random.uniform(0, 360, 300)
+    model = catalogue["rayleigh-rice"]
+    for n, k in [(1.37, 7.62), (1.5, 0.0), (0.6, 0.0), (0.25, 3.4)]:
+        values = {"A": 1.0, "C": 2.0, "B": 1e-9, "index": n, "extinction": k}
+        found = model(Geometry.from_degrees(t_i, t_r, phi), values)
+        e = complex(n, k) ** 2
+        i, r, p = np.radians(t_i), np.radians(t_r), np.radians(phi) - math.pi
+        ci, cr, qi, qr = np.cos(i), np.cos(r), np.sqrt(e - np.sin(i) ** 2), np.sqrt(e - np.sin(r) ** 2)
+        ss = (e - 1) * np.cos(p) / ((ci + qi) * (cr + qr))
+        pp = (e - 1) * (e * np.sin(i) * np.sin(r) - qi * qr * np.cos(p)) / ((e * ci + qi) * (e * cr + qr))
+        ps = (e - 1) * qi * np.sin(p) / ((e * ci + qi) * (cr + qr))
+        sp = (e - 1) * qr * np.sin(p) / ((ci + qi) * (e * cr + qr))
+        q = sum(abs(amplitude) ** 2 for amplitude in (ss, pp, ps, sp)) / 2
+        np.testing.assert_allclose(found, 16 * math.pi**2 * ci * cr * q, rtol=1e-9)
+
+
+def test_apparent_height_solves_its_equation():
+    """The fixed number of Newton steps is enough from smooth to steep, and up to grazing."""
+    angles = np.array([0.0, 1.0, 30.0, 60.0, 80.0, 89.0, 89.9, 89.9999])
+    g = Geometry.from_degrees(angles, 89.9, 180.0)
+    for sigma, length in [(0.001, 100.0), (0.1, 1.5), (1.0, 1.0), (10.0, 0.1)]:
+        z = np.sqrt((sigma / _apparent_height(g, sigma, length)) ** 2 - 1)
+        tan = [np.sqrt(1 - c**2) / c for c in (g.cos_i, g.cos_r)]
+        with np.errstate(divide="ignore"):
+            seen = sum(t * erfc(length / (2 * sigma * t)) for t in tan)
+        np.testing.assert_allclose(z * np.exp(z**2 / 2), seen / math.sqrt(8 * math.pi), rtol=1e-9, atol=1e-9)
+
+
+def test_energy_of_he_torrance_on_aluminium():
+    """Directional-diffuse light and the exp(-g) of the mirror direction together are the reflectance of the metal."""
+    model = catalogue["he-torrance"]
+    values = {"scale": 1.0, "sigma": 0.1, "length": 1.5, **AL}
+    diffuse = hemispherical_reflectance(lambda g: model(g, values), 0.0)
+    mirror = 0.913946 * math.exp(-((4 * math.pi * 0.1 / WAVELENGTH) ** 2))
+    assert diffuse == pytest.approx(0.896, abs=6e-4)
+    assert mirror == pytest.approx(0.018, abs=6e-4)

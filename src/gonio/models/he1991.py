@@ -63,7 +63,7 @@ def _apparent_height(g: Geometry, sigma: Array, length: Array) -> Array:
 
 he_torrance = Model(
     name="he-torrance",
-    title="He-Torrance, directional and uniform diffuse",
+    title="He-Torrance, diffuse terms",
     cite="he1991",
     terms={"scale": directional_diffuse, "a": lambertian},
 )

@@ -38,7 +38,7 @@ def _tilt_integral(width: Array) -> Array:
 
 alternate_torrance_sparrow = Model(
     name="alternate-torrance-sparrow",
-    title="Gaussian facet tilts, Fresnel",
+    title="Gaussian facet tilts",
     cite="schott2009",
     terms={"ks": tilted_facets, "kd": lambertian},
     confidence="reconstructed",

@@ -69,7 +69,7 @@ def reflectance(verdict: Verdict) -> str:
 
 
 def drawing(model: Model) -> Any:
-    """Each term at default shape and weight 1, in plane, at two incidence angles."""
+    """Each term at default shape and weight 1 of its unit, in plane, at two incidence angles."""
     theta_r = np.linspace(-85, 85, 681)
     with house_style():
         drawn = new_figure(6.4, 2.4)
@@ -86,7 +86,7 @@ def drawing(model: Model) -> Any:
             ax.set_xticks(range(-60, 61, 30))
             ax.set_xlabel(THETA_R)
             ax.set_title(f"θᵢ = {theta_i:g}°")
-        axes[0].set_ylabel("term")
+        axes[0].set_ylabel("BRDF at weight 1 [sr⁻¹]")
         drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper")
     return drawn
 

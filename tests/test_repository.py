@@ -66,3 +66,15 @@ def test_no_path_of_a_machine_no_registry_no_pickle_no_eval():
         assert not [word for word in forbidden if word in text], path
         if path.suffix == ".py" and "src" in path.parts:
             assert not re.search(r"\b(pickle|eval\(|exec\()", text), path
+
+
+def test_the_catalogue_page_is_current():
+    """Every model has its entry and its figure, with the title, confidence and parameters that it declares."""
+    page = (ROOT / "docs" / "catalogue.md").read_text(encoding="utf-8")
+    entries = dict(part.split("\n", 1) for part in page.split("\n## ")[1:])
+    assert set(entries) == set(gonio.catalogue)
+    for name, model in gonio.catalogue.items():
+        assert f"{model.title}. Source `{model.cite}`, {model.confidence}." in entries[name]
+        assert all(f"| {p} | {declared.help} |" in entries[name] for p, declared in model.shape.items())
+        assert all(f"**{weight}**" in entries[name] for weight in model.weights)
+        assert (ROOT / "docs" / "images" / "catalogue" / f"{name}.png").exists()

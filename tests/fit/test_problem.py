@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
@@ -162,6 +162,8 @@ def test_exact_weights_against_scipy(seed, n, kind, collinear):
     assert np.all(found >= lower)
     assert np.all(found <= upper)
     scipy = lsq_linear(matrix, target, (lower, upper), method="bvls", tol=1e-14).x
+    # on collinear columns SciPy may wander off along the direction that the data do not tell: its cost is rounding then
+    assume(np.abs(scipy).max() < 1e6 * max(1.0, float(np.abs(found).max())))
 
     def cost(x):
         return float(np.sum((matrix @ x - target) ** 2))

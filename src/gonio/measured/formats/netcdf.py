@@ -17,26 +17,34 @@ def _recognises(head: bytes) -> bool:
 def _read(path: Path) -> xr.Dataset:
     with path.open("rb") as file:
         is_hdf5 = file.read(8) == _HDF5
-    engine = "h5netcdf" if is_hdf5 else "scipy"
     try:
-        with xr.open_dataset(path, engine=engine) as opened:
-            scan = opened.load()
+        scan = _load(path, "h5netcdf" if is_hdf5 else "scipy")
     except (ValueError, ImportError) as error:
         if is_hdf5 and "h5netcdf" in str(error):
             raise FormatError(
                 path, "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3"
             ) from error
-        raise FormatError(path, f"is a damaged NetCDF file ({error})") from error
+        raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})") from error
     except Exception as error:  # the NetCDF reader raises whatever the damaged bytes lead it to
-        raise FormatError(path, f"is a damaged NetCDF file ({type(error).__name__}: {error})") from error
+        raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})") from error
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
         raise FormatError(
             path, f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
         )
+    return scan
+
+
+def _load(path: Path, engine: str) -> xr.Dataset:
+    with xr.open_dataset(path, engine=engine) as opened:
+        scan = opened.load()
     for name in ("channel", "scan"):
         if name in scan.variables and scan[name].dtype.kind in "OS":
             scan[name] = scan[name].astype(str)
     return scan
+
+
+def _one_line(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:

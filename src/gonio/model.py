@@ -10,9 +10,9 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Generic, NamedTuple, Protocol, TypeVar, get_args, get_origin, get_type_hints
 
-from gonio.arrays import Array, align, is_traced_never
+from gonio.arrays import Array, align, is_traced_never, namespace
 from gonio.geometry import Geometry
 
 Term = Callable[..., Array]
@@ -34,14 +34,51 @@ class Parameter:
 
 
 class TermUnit(NamedTuple):
-    """The unit of a term, written in its return annotation; the weight's unit is the data's over this one."""
+    """The unit of a term, written in its return annotation; the weight's unit is the data's over this one.
+
+    A term that is a `mueller` matrix returns (..., 4, 4).
+    """
 
     unit: str
+    mueller: bool = False
 
 
 PerSteradian = Annotated[Array, TermUnit("sr-1")]
+MuellerPerSteradian = Annotated[Array, TermUnit("sr-1", mueller=True)]
 PerDegree = Annotated[Array, TermUnit("deg-1")]
 Dimensionless = Annotated[Array, TermUnit("1")]
+
+
+class Sampler(Protocol):
+    """How to draw reflected directions in proportion to a term times cos(theta_r), or nearly so.
+
+    `draw` turns two uniform numbers (u, v) into a direction for the incidence direction (x_i, y_i, z_i); one below the
+    horizon stands for light that is lost. `density` is the probability density [1/sr] of what `draw` gives. Both take
+    the term's own shape parameters by name.
+    """
+
+    def draw(
+        self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array
+    ) -> tuple[Array, Array, Array]:
+        """Components (x_r, y_r, z_r) of the drawn direction."""
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        """Probability density of the reflected direction [1/sr]."""
+
+
+def drawn_by(sampler: Sampler) -> Callable[[Term], Term]:
+    """Declare beside a term how its reflected directions are drawn; a term without one is sampled numerically."""
+
+    def mark(term: Term) -> Term:
+        term.sampler = sampler  # type: ignore[attr-defined]
+        return term
+
+    return mark
+
+
+def sampler_of(term: Term) -> Sampler | None:
+    """The sampler that a term declares, None where it has to be sampled numerically."""
+    return getattr(term, "sampler", None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +120,39 @@ class Model:
         return (*self.weights, *self.shape)
 
     def term_unit(self, weight: str) -> str:
-        return _unit(self.terms[weight])
+        return _unit(self.terms[weight]).unit
+
+    @functools.cached_property
+    def polarised(self) -> bool:
+        """Whether a term is a Mueller matrix; the other terms of the model are then ideal depolarisers."""
+        return any(_unit(term).mueller for term in self.terms.values())
 
     def basis(self, geometry: Geometry, shape: Mapping[str, Array]) -> dict[str, Array]:
         """Value of every term, by weight, for shape parameters that broadcast against the directions.
 
-        Terms are zero where a direction is below the horizon. Parameters left out take their defaults.
+        A Mueller term gives element 00, its BRDF for unpolarised light. Terms are zero where a direction is below the
+        horizon. Parameters left out take their defaults.
         Raises ValueError for a name that is no shape parameter of this model.
         """
+        values = self._terms(geometry, shape)
+        return {w: v[..., 0, 0] if _unit(self.terms[w]).mueller else v for w, v in values.items()}
+
+    def mueller_basis(self, geometry: Geometry, shape: Mapping[str, Array]) -> dict[str, Array]:
+        """Mueller matrix (..., 4, 4) of every term, by weight; a scalar term depolarises: it has element 00 alone.
+
+        Rows and columns are Stokes parameters in the bases that `optics.mueller` defines.
+        Raises ValueError for a model without polarisation, and as `basis` does.
+        """
+        if not self.polarised:
+            raise ValueError(f"{self.name} says nothing about polarisation: choose a model with Mueller terms")
+        values = self._terms(geometry, shape)
+        return {w: v if _unit(self.terms[w]).mueller else depolarising(v) for w, v in values.items()}
+
+    def mueller(self, geometry: Geometry, values: Mapping[str, Array]) -> Array:
+        """Mueller matrix BRDF (..., 4, 4) [1/sr] for `values` of weights and shape, as `__call__` takes them."""
+        return self._weighted(self.mueller_basis, geometry, values, extra=2)
+
+    def _terms(self, geometry: Geometry, shape: Mapping[str, Array]) -> dict[str, Array]:
         self._refuse_unknown(shape, self.shape)
         given = [shape.get(name, p.default) for name, p in self.shape.items()]
         xp, aligned = align(*geometry, *given)
@@ -101,18 +163,24 @@ class Model:
         out = {}
         for weight, term in self.terms.items():
             value = term(directions, **{name: values[name] for name in declarations(term)})
-            out[weight] = xp.where(below, 0.0, value)
+            out[weight] = xp.where(below[..., None, None] if _unit(term).mueller else below, 0.0, value)
         return out
 
     def __call__(self, geometry: Geometry, values: Mapping[str, Array]) -> Array:
         """BRDF for `values` of weights and shape parameters; a weight that is left out is zero."""
+        return self._weighted(self.basis, geometry, values)
+
+    def _weighted(
+        self, basis_of: Callable[..., Any], geometry: Geometry, values: Mapping[str, Array], extra: int = 0
+    ) -> Array:
+        """Sum of weight times term, whose last `extra` dimensions are no directions."""
         self._refuse_unknown(values, self.parameters)
-        basis = self.basis(geometry, {k: v for k, v in values.items() if k in self.shape})
+        basis = basis_of(geometry, {k: v for k, v in values.items() if k in self.shape})
         names = [w for w in self.weights if w in values]
         if not names:
             raise ValueError(f"{self.name}: give at least one weight: {', '.join(self.weights)}")
         _, aligned = align(*(basis[w] for w in names), *(values[w] for w in names))
-        terms, weights = aligned[: len(names)], aligned[len(names) :]
+        terms, weights = aligned[: len(names)], [w[(..., *[None] * extra)] for w in aligned[len(names) :]]
         return sum((w * t for w, t in zip(weights[1:], terms[1:], strict=True)), start=weights[0] * terms[0])
 
     def _refuse_unknown(self, given: Iterable[str], known: Iterable[str]) -> None:
@@ -139,12 +207,20 @@ def declarations(term: Term) -> dict[str, Parameter]:
     return found
 
 
-def _unit(term: Term) -> str:
+def depolarising(f: Array) -> Array:
+    """Mueller matrix (..., 4, 4) of light that leaves unpolarised: `f` in element 00, zero elsewhere."""
+    xp = namespace(f)
+    corner = xp.asarray([[1.0] + [0.0] * 3] + [[0.0] * 4] * 3, dtype=f.dtype)
+    return f[..., None, None] * corner
+
+
+@functools.cache
+def _unit(term: Term) -> TermUnit:
     hint: Any = get_type_hints(term, include_extras=True).get("return")
     notes = [a for a in get_args(hint) if isinstance(a, TermUnit)] if get_origin(hint) is Annotated else []
     if len(notes) != 1:
         raise ValueError(f"term {term.__name__} needs its unit in the return annotation: PerSteradian, PerDegree, ..")
-    return notes[0].unit
+    return notes[0]
 
 
 Entry = TypeVar("Entry")

@@ -1,0 +1,219 @@
+"""The commands about fits: one model, several side by side, and figures of them."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gonio.app.options import (
+    Blocked,
+    Bound,
+    Floor,
+    Force,
+    Group,
+    Hold,
+    Json,
+    ModelName,
+    Models,
+    Scan,
+    Scans,
+    Seed,
+    Select,
+    Setting,
+    Share,
+    SolverName,
+    Weigh,
+    chosen_models,
+    problem_options,
+    read_scan,
+)
+from gonio.app.terminal import app
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gonio.compare import Row
+
+
+class Figure(StrEnum):
+    """What `gonio plot` draws."""
+
+    CURVES = "curves"
+    RESIDUALS = "residuals"
+    COMPONENTS = "components"
+    HEMISPHERE = "hemisphere"
+    CONVERGENCE = "convergence"
+    ERRORS = "errors"
+
+
+@app.command("fit")
+def fit_scan(
+    scan: Scan,
+    model: ModelName,
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="write the solution, its JSON and figures")] = "",
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """Fit one model to a scan: values, uncertainties, metrics."""
+    from gonio import Problem, catalogue
+    from gonio.app import arguments, present
+    from gonio.compare import assess
+    from gonio.fit import fit
+
+    data = read_scan(scan, blocked, floor, select)
+    options = problem_options(data, hold, group, share, bound, weighting)
+    problem = Problem(catalogue[model], data, **options)
+    with present.progress_bar(f"fitting {model}") as progress:
+        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
+    if out:
+        _write_fit(Path(out), data, row, force)
+    if json:
+        present.emit_json(present.solution_record(row), json, force)
+    if json != "-":
+        _show_fit(scan, row, out)
+
+
+@app.command("compare")
+def compare_models(
+    scans: Scans,
+    models: Models = "family",
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    rank_by: Annotated[str, typer.Option("--rank", help="delta, E, nrmse or log10_rmse")] = "E",
+    by_incidence: Annotated[bool, typer.Option("--by-incidence", help="nRMSE at each incidence angle too")] = False,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """Fit several models to scans and rank them."""
+    from gonio.app import arguments, present
+    from gonio.compare import rank
+
+    chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
+    loaded = [(path, read_scan(path, blocked, floor, select)) for path in scans]
+    found = []
+    with present.progress_bar("comparing") as progress:
+        for done, (path, data) in enumerate(loaded):
+            options = problem_options(data, hold, group, share, bound, weighting)
+            rows = rank(
+                data,
+                chosen,
+                by=rank_by,
+                solver=search,
+                progress=lambda f, done=done: progress((done + f) / len(loaded)),  # type: ignore[misc]
+                **options,
+            )
+            found.append((path, rows))
+    if json:
+        present.emit_json([_ranking_record(path, rows) for path, rows in found], json, force)
+    if json != "-":
+        for path, rows in found:
+            present.console().print(present.ranking_table(path.stem, rows))
+            if by_incidence:
+                for part in present.incidence_tables(rows):
+                    present.console().print(part)
+
+
+@app.command("plot")
+def plot_scan(
+    scans: Scans,
+    figure: Annotated[Figure, typer.Option("--figure", help="what to draw")] = Figure.CURVES,
+    models: Models = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz",
+    solver: SolverName = "projection",
+    hold: Hold = [],  # noqa: B006
+    group: Group = [],  # noqa: B006
+    share: Share = [],  # noqa: B006
+    bound: Bound = [],  # noqa: B006
+    weighting: Weigh = "uniform",
+    setting: Setting = [],  # noqa: B006
+    seed: Seed = 0,
+    normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
+    blocked: Blocked = 0.0,
+    floor: Floor = "",
+    select: Select = [],  # noqa: B006
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")] = "",
+    force: Force = False,
+) -> None:
+    """Draw a scan and the models fitted to it."""
+    from gonio.app import arguments, drawing, present
+    from gonio.compare import rank
+    from gonio.plot.style import save
+
+    chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
+    target, suffixes = _figure_target(out or f"{scans[0].stem}-{figure.value}")
+    ranked = {}
+    with present.progress_bar("fitting") as progress:
+        for path in scans:
+            data = read_scan(path, blocked, floor, select)
+            options = problem_options(data, hold, group, share, bound, weighting)
+            ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
+    drawn = drawing.draw(figure.value, ranked, normalised=normalised)
+    for path in save(drawn, target, suffixes, force):
+        present.console().print(f"wrote {path}")
+
+
+def _figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
+    path = Path(out)
+    if path.suffix in (".png", ".svg"):
+        return path.with_suffix(""), (path.suffix,)
+    return path, (".png", ".svg")
+
+
+def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
+    ranking = [
+        {
+            "model": row.model.name,
+            "free_parameters": row.free_parameters,
+            "status": str(row.solution.status),
+            "metrics": dict(row.metrics),
+            "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
+        }
+        for row in rows
+    ]
+    return {"scan": str(path), "ranking": ranking}
+
+
+def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> None:
+    from gonio.app import drawing, present
+    from gonio.files import refuse_existing
+    from gonio.plot.style import save
+
+    refuse_existing(folder, force)
+    folder.mkdir(parents=True, exist_ok=True)
+    row.solution.save(folder / "solution.nc", force)
+    present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
+    kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
+    for kind in kinds:
+        save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
+
+
+def _show_fit(scan: Path, row: "Row", out: str) -> None:
+    from gonio.app import present
+
+    terminal, attrs = present.console(), row.solution.dataset.attrs
+    terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
+    terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
+    terminal.print(present.solution_table(row.solution))
+    terminal.print(present.metrics_table(row.metrics))
+    if out:
+        terminal.print(f"wrote {out}/")

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -11,6 +12,7 @@ from gonio.fit.anneal import Anneal
 from gonio.fit.half_width import half_widths, widest_angle
 from gonio.fit.projection import Projection
 from gonio.fit.solver import Solver
+from gonio.polarisation import stokes as check_stokes
 
 SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {s.name: s for s in (Projection, Anneal)}
 HALF_WIDTH = "half-width"
@@ -108,3 +110,26 @@ def solver(name: str, seed: int, settings: Iterable[str]) -> Solver:
             raise ValueError(f"the solver {name} has no setting {field!r}; it has {', '.join(defaults)}")
         given[field] = int(value) if isinstance(defaults[field], int) else value
     return kind(**given)
+
+
+def stokes(text: str) -> tuple[float, ...]:
+    """`1,0,0,0` as the Stokes parameters of light that can exist."""
+    parts = tuple(number(part, f"a Stokes parameter of {text!r}") for part in text.split(","))
+    check_stokes(parts)
+    return parts
+
+
+def incidence_angles(text: str) -> list[float]:
+    """`30,60` as incidence angles [deg] below the horizon's 90."""
+    angles = [number(part, f"an angle of --theta-i {text!r}") for part in text.split(",") if part.strip()]
+    if not angles or not all(0 <= angle < 90 for angle in angles):
+        raise ValueError(f"--theta-i {text!r} is not a list of angles from 0 to below 90 deg")
+    return angles
+
+
+def figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
+    """Where a figure goes and in which formats: those of the suffix, or both without one."""
+    path = Path(out)
+    if path.suffix in (".png", ".svg"):
+        return path.with_suffix(""), (path.suffix,)
+    return path, (".png", ".svg")

@@ -7,15 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from gonio.app.evaluation import Surface
 from gonio.compare import METRICS, Row, predict
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.model import Model
 from gonio.plot.components import components
 from gonio.plot.convergence import convergence
 from gonio.plot.curves import curves
 from gonio.plot.error_bars import error_bars
 from gonio.plot.hemisphere import hemisphere
+from gonio.plot.model_curves import model_curves
+from gonio.plot.polarisation import polarisation
 from gonio.plot.residuals import residuals
+from gonio.polarisation import reflected
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,6 +97,30 @@ def _errors(ranked: Ranked) -> "Figure":
         for model in names
     }
     return error_bars(errors, angles, metric=METRICS["nrmse"].title)
+
+
+def draw_model(kind: str, surface: Surface, theta_i: Sequence[float], stokes: Sequence[float]) -> "Figure":
+    """One figure of a model alone at the incidence angles given [deg]; `stokes` is the arriving light of `dolp`."""
+    title = surface.published.title if surface.published else surface.model.title
+    if kind == "curves":
+        return model_curves(surface.model, {angle: surface.values(angle) for angle in theta_i}, surface.unit, title)
+    if len(theta_i) > MOST_PANELS:
+        raise ValueError(f"{kind} has room for {MOST_PANELS} incidence angles: name fewer with --theta-i")
+    if kind == "dolp":
+        polarised = {
+            f"{surface.model.name} {k + 1}": (angle, partial(_light, surface.model, surface.values(angle), stokes))
+            for k, angle in enumerate(theta_i)
+        }
+        return polarisation(polarised, title=title)
+    views = {
+        f"{surface.model.name} {k + 1}": (angle, partial(_at, surface.model, surface.values(angle)))
+        for k, angle in enumerate(theta_i)
+    }
+    return hemisphere(views, unit=surface.unit, title=title, logarithmic=True)
+
+
+def _light(model: Model, values: Mapping[str, float], stokes: Sequence[float], geometry: Geometry) -> Any:
+    return reflected(np.asarray(model.mueller(geometry, values)), stokes)
 
 
 _DRAWINGS: Mapping[str, Callable[[str, xr.Dataset, Sequence[Row], bool], "Figure"]] = {

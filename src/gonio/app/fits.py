@@ -160,7 +160,7 @@ def plot_scan(
     from gonio.plot.style import save
 
     chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
-    target, suffixes = _figure_target(out or f"{scans[0].stem}-{figure.value}")
+    target, suffixes = arguments.figure_target(out or f"{scans[0].stem}-{figure.value}")
     ranked = {}
     with present.progress_bar("fitting") as progress:
         for path in scans:
@@ -170,13 +170,6 @@ def plot_scan(
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):
         present.console().print(f"wrote {path}")
-
-
-def _figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
-    path = Path(out)
-    if path.suffix in (".png", ".svg"):
-        return path.with_suffix(""), (path.suffix,)
-    return path, (".png", ".svg")
 
 
 def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:

@@ -1,10 +1,11 @@
 """The commands about models: list them, evaluate, draw and check them."""
 
+from enum import StrEnum
 from typing import Annotated
 
 import typer
 
-from gonio.app.options import Force, Json
+from gonio.app.options import Force, Json, ModelArgument, Published, Values
 from gonio.app.terminal import app
 
 
@@ -26,41 +27,58 @@ def list_models(
 
 @app.command("eval")
 def evaluate(
-    model: Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)],
+    model: ModelArgument,
     at: Annotated[str, typer.Option("--at", metavar="DEG", help='"theta_i,theta_r,phi;.." in degrees')],
-    values: Annotated[
-        list[str], typer.Option("--set", metavar="NAME=VALUE", help="weights (0 if left out) and shape (default)")
-    ] = [],  # noqa: B006 - typer reads the default and never changes it
-    published: Annotated[
-        str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")
+    values: Values = [],  # noqa: B006 - typer reads the default and never changes it
+    published: Published = "",
+    stokes: Annotated[
+        str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for a polarised model")
     ] = "",
     json: Json = "",
 ) -> None:
     """Evaluate a model at given directions."""
-    from gonio import Geometry, catalogue
-    from gonio import published as surfaces
-    from gonio.app import arguments, present
-    from gonio.units import label
+    from gonio import catalogue
+    from gonio.app import arguments, evaluation, present
 
     places = arguments.directions(at)
-    chosen = catalogue[model]
-    surface = surfaces[published] if published else None
-    if surface and surface.model != model:
-        raise ValueError(f"the constants of {published} belong to {surface.model}, not to {model}")
-    unit = surface.unit if surface else "sr-1"
-    given = arguments.numbers(values, "--set")
-    out = [
-        float(chosen(Geometry.from_degrees(*place), (surface.at(place[0]) if surface else {}) | given))
-        for place in places
-    ]
+    surface = evaluation.surface(catalogue[model], arguments.numbers(values, "--set"), published)
+    records = evaluation.evaluate(surface, places, arguments.stokes(stokes) if stokes else None)
     if json:
-        text = "1/sr" if unit == "sr-1" else unit
-        present.emit_json({"model": model, "at": places, "values": out, "unit": text}, json)
+        present.emit_json(evaluation.record(surface, places, records), json)
     if json != "-":
-        table = present.table("theta_i [deg]", "theta_r [deg]", "phi [deg]", f"BRDF [{label(unit)}]", left=0)
-        for place, value in zip(places, out, strict=True):
-            table.add_row(*(f"{angle:g}" for angle in place), f"{value:.6g}")
-        present.console().print(table)
+        present.console().print(evaluation.table(surface, places, records))
+
+
+class Drawing(StrEnum):
+    """What `gonio draw` draws."""
+
+    CURVES = "curves"
+    HEMISPHERE = "hemisphere"
+    DOLP = "dolp"
+
+
+@app.command("draw")
+def draw_model(
+    model: ModelArgument,
+    figure: Annotated[Drawing, typer.Option("--figure", help="what to draw")] = Drawing.CURVES,
+    theta_i: Annotated[str, typer.Option("--theta-i", metavar="DEG,..", help="incidence angles")] = "30,60",
+    values: Values = [],  # noqa: B006
+    published: Published = "",
+    stokes: Annotated[str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for dolp")] = "1,0,0,0",
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")] = "",
+    force: Force = False,
+) -> None:
+    """Draw a model: curves, hemisphere, or polarisation."""
+    from gonio import catalogue
+    from gonio.app import arguments, drawing, evaluation, present
+    from gonio.plot.style import save
+
+    surface = evaluation.surface(catalogue[model], arguments.numbers(values, "--set"), published)
+    angles = arguments.incidence_angles(theta_i)
+    drawn = drawing.draw_model(figure.value, surface, angles, arguments.stokes(stokes))
+    target, suffixes = arguments.figure_target(out or f"{model}-{figure.value}")
+    for path in save(drawn, target, suffixes, force):
+        present.console().print(f"wrote {path}")
 
 
 @app.command("check")

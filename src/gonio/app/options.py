@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 Scan = Annotated[Path, typer.Argument(help="a measured scan: tidy CSV or gonio NetCDF", show_default=False)]
 Scans = Annotated[list[Path], typer.Argument(help="measured scans: tidy CSV or gonio NetCDF", show_default=False)]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
+ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
+Values = Annotated[
+    list[str], typer.Option("--set", metavar="NAME=VALUE", help="weights (0 if left out) and shape (default)")
+]
+Published = Annotated[str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")]
 Json = Annotated[str, typer.Option("--json", metavar="FILE|-", help="write JSON to a file, or to standard output")]
 Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
 SolverName = Annotated[str, typer.Option("--solver", help="projection (exact weights) or anneal (Appendix A)")]

@@ -69,13 +69,14 @@ def uncertain(value: float, uncertainty: float) -> str:
 def table(*headings: str, title: str = "", left: int = 1) -> "Table":
     """A table of one line a row; the first `left` columns are text, the others numbers."""
     from rich import box
+    from rich.markup import escape
     from rich.table import Table
 
     out = Table(
         title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False, padding=0
     )
     for k, heading in enumerate(headings):
-        out.add_column(heading, justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
+        out.add_column(escape(heading), justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
     return out
 
 

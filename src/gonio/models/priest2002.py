@@ -1,20 +1,41 @@
-"""Gaussian facets with a Fresnel factor and no masking (unpolarised element of the polarimetric model)."""
+"""Gaussian facets with a Fresnel factor and no masking: the polarimetric model and its unpolarised element."""
 
+from gonio.arrays import Array
 from gonio.geometry import Geometry
-from gonio.model import Model, PerSteradian
+from gonio.model import Model, MuellerPerSteradian, PerSteradian
 from gonio.optics.diffuse import lambertian
 from gonio.optics.facets import Slope, gaussian_slopes, reflected
 from gonio.optics.fresnel import Extinction, Index, unpolarised
+from gonio.optics.mueller import reflection
+
+
+def unmasked(g: Geometry, sigma: Array) -> Array:
+    """Gaussian facets, every one of them lit and seen."""
+    return reflected(g, gaussian_slopes(g, sigma), 1.0)
 
 
 def unmasked_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> PerSteradian:
     """Gaussian facets and Fresnel, nothing masked (priest2002)."""
-    return unpolarised(g.cos_beta, index, extinction) * reflected(g, gaussian_slopes(g, sigma), 1.0)
+    return unpolarised(g.cos_beta, index, extinction) * unmasked(g, sigma)
 
+
+def polarising_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> MuellerPerSteradian:
+    """The Mueller matrix of the same: Gaussian facets, nothing masked, nothing depolarised (priest2002)."""
+    return unmasked(g, sigma)[..., None, None] * reflection(g, index, extinction)
+
+
+UNMASKED = {"energy": "nothing is masked, so that rough facets near grazing reflect more than arrives"}
 
 priest = Model(
     name="priest",
     title="Gaussian facets, Fresnel, no masking",
     cite="priest2002",
     terms={"ks": unmasked_facets, "kd": lambertian},
+)
+
+priest_mueller = Model(
+    name="priest-mueller",
+    title="Polarimetric Gaussian facets, no masking",
+    cite="priest2002",
+    terms={"ks": polarising_facets, "kd": lambertian},
 )

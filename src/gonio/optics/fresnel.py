@@ -14,10 +14,17 @@ Extinction = Annotated[float, Parameter(0.0, 0.0, 20.0, "refractive index, imagi
 
 
 def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
-    """Mean of the s and p reflectances of complex index n + i k at local incidence beta, in real arithmetic.
+    """Mean of the s and p reflectances of complex index n + i k at local incidence beta."""
+    r_s, r_p, _, _ = reflectances(cos_beta, n, k)
+    return (r_s + r_p) / 2
+
+
+def reflectances(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array, Array, Array]:
+    """|r_s|^2, |r_p|^2 and both parts of r_s r_p* of complex index n + i k, in real arithmetic (formulas 1).
 
     q = a + i b is the root of m^2 - sin^2 beta. Its larger part is taken by a root and the other by division, so that
-    nothing is singular at total reflection (k = 0, n < sin beta) and an index of 1 reflects exactly nothing.
+    nothing is singular at total reflection (k = 0, n < sin beta) and an index of 1 reflects exactly nothing. The p
+    amplitude follows from r_p = -r_s (q cos beta - sin^2 beta)/(q cos beta + sin^2 beta).
     """
     xp = namespace(cos_beta)
     cos2 = cos_beta**2
@@ -27,11 +34,13 @@ def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
     modulus = xp.sqrt(xp.where(squared < TINY, TINY, squared))
     larger = xp.sqrt((modulus + xp.abs(t)) / 2)
     smaller = twice / (2 * larger)
-    a, b2 = xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller) ** 2
-    r_s = ((a - cos_beta) ** 2 + b2) / ((a + cos_beta) ** 2 + b2)
-    along = a * cos_beta
-    r_p = r_s * ((along - sin2) ** 2 + b2 * cos2) / ((along + sin2) ** 2 + b2 * cos2)
-    return (r_s + r_p) / 2
+    a, b = xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller)
+    r_s = ((a - cos_beta) ** 2 + b**2) / ((a + cos_beta) ** 2 + b**2)
+    along, across = a * cos_beta, b * cos_beta
+    below = (along + sin2) ** 2 + across**2
+    r_p = r_s * ((along - sin2) ** 2 + across**2) / below
+    real = -r_s * (along**2 + across**2 - sin2**2) / below
+    return r_s, r_p, real, r_s * 2 * across * sin2 / below
 
 
 def with_fresnel(term: Term, n: float, k: float) -> Term:

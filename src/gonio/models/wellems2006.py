@@ -1,0 +1,30 @@
+"""Polarimetric facets with the hyper-Cauchy distribution, made for the long-wave infrared."""
+
+from typing import Annotated
+
+from gonio.geometry import Geometry
+from gonio.model import Model, MuellerPerSteradian, Parameter
+from gonio.optics.diffuse import lambertian
+from gonio.optics.facets import hyper_cauchy_slopes, reflected
+from gonio.optics.fresnel import Extinction, Index
+from gonio.optics.masking import v_groove
+from gonio.optics.mueller import reflection
+
+Spread = Annotated[float, Parameter(0.2, 0.01, 1.0, "width of the hyper-Cauchy distribution, as a slope")]
+Tail = Annotated[float, Parameter(1.8, 1.1, 20.0, "exponent of the tail: 2 is GGX, large is Gaussian")]
+
+
+def hyper_cauchy_facets(
+    g: Geometry, s: Spread, q: Tail, index: Index, extinction: Extinction
+) -> MuellerPerSteradian:
+    """Mueller matrix of hyper-Cauchy facets; V-grooves stand for the paper's own masking (wellems2006, formulas 6.9)."""
+    return reflected(g, hyper_cauchy_slopes(g, s, q), v_groove(g))[..., None, None] * reflection(g, index, extinction)
+
+
+wellems = Model(
+    name="wellems",
+    title="Polarimetric hyper-Cauchy",
+    cite="wellems2006",
+    terms={"ks": hyper_cauchy_facets, "kd": lambertian},
+    confidence="reconstructed",
+)

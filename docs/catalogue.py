@@ -8,10 +8,8 @@ import numpy as np
 from rich.progress import track
 
 from gonio import Geometry, catalogue
-from gonio.app.checking import check
-from gonio.app.present import figure as digits
-from gonio.model import Model, declarations
-from gonio.plausibility import Verdict
+from gonio.app import present
+from gonio.model import Model
 from gonio.plot.style import THETA_R, house_style, line_style, mark_specular, new_figure, save
 from gonio.units import label
 
@@ -19,53 +17,35 @@ HERE = Path(__file__).resolve().parent
 ANGLES = (30.0, 60.0)
 
 
-def formula(model: Model) -> str:
-    return "f = " + " + ".join(f"{w} · {t.__name__}({', '.join(declarations(t))})" for w, t in model.terms.items())
-
-
 def entry(model: Model) -> list[str]:
-    """One model: what it is, its terms, parameters, and its physics as computed."""
+    """One model: what it is, its terms and equations, parameters, and its physics as computed."""
     lines = [
         f"## {model.name}",
         "",
         f"{model.title}. Source `{model.cite}`, {model.confidence}.",
         "",
-        f"    {formula(model)}",
+        f"    {present.formula(model)}",
         "",
         f"![{model.name}](images/catalogue/{model.name}.png)",
         "",
     ]
     for weight, term in model.terms.items():
-        unit = {"sr-1": "1", "deg-1": "deg/sr", "1": "1/sr"}[model.term_unit(weight)]
-        lines.append(f"- **{weight}** [{unit}]: {(term.__doc__ or '').splitlines()[0]}")
+        unit = present.WEIGHT_UNITS[model.term_unit(weight)]
+        lines += [f"**{weight}** [{unit}]: {(term.__doc__ or '').splitlines()[0]}", "", "```python"]
+        lines += [present.equation(term), "```", ""]
     if model.shape:
-        lines += ["", "| shape | meaning | unit | default | from | to |", "|---|---|---|---:|---:|---:|"]
+        lines += ["| shape | meaning | unit | default | from | to |", "|---|---|---|---:|---:|---:|"]
         for name, p in model.shape.items():
             lines.append(f"| {name} | {p.help} | {label(p.unit)} | {p.default:g} | {p.lower:g} | {p.upper:g} |")
+        lines.append("")
     lines += [
-        "",
         "| at default shape, weight 1 | reciprocity | reflectance, 0 to 85° | least value |",
         "|---|---|---|---:|",
     ]
-    for name, (positive, exchanged, energy) in check(model.name, {}).items():
-        cells = f"{reciprocity(exchanged)} | {reflectance(energy)} | {digits(positive.figures['least'])}"
-        lines.append(f"| {name.split(', ')[-1]} | {cells} |")
+    lines += [f"| {' | '.join(row)} |" for row in present.physics_rows(model)]
     for law, why in model.violates.items():
         lines += ["", f"Breaks {law}: {why}."]
     return [*lines, ""]
-
-
-def reciprocity(verdict: Verdict) -> str:
-    if verdict.holds is None:
-        return verdict.why
-    return "holds" if verdict.holds else f"violated, worst ln ratio {verdict.figures['worst ln ratio']:.2g}"
-
-
-def reflectance(verdict: Verdict) -> str:
-    if verdict.holds is None:
-        return "not normalised"
-    least, most = min(verdict.figures.values()), max(verdict.figures.values())
-    return f"{digits(least)} to {digits(most)}"
 
 
 def drawing(model: Model) -> Any:

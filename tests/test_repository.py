@@ -37,7 +37,7 @@ def test_citations_are_in_the_bibliography():
     pattern = re.compile(r"\b([a-z]+(?:1[789]|20)\d\d)\b")
     sources = [*(ROOT / "src").rglob("*.py"), *(ROOT / "docs").glob("*.md")]
     cited = {key for path in sources for key in pattern.findall(path.read_text(encoding="utf-8"))}
-    cited -= {"smith1967"}
+    cited -= {"smith1967", "example2026"}  # a name of a masking function, and the key of the page's own example
     assert {"guo2023", "torrance1967"} <= cited
     assert cited <= keys
 

@@ -24,10 +24,10 @@ def stokes(values: npt.ArrayLike) -> Values:
     """Four Stokes parameters (..., 4) that light can have; ValueError where they are polarised more than fully."""
     vector = np.asarray(values, dtype=float)
     if vector.shape[-1:] != (4,) or not np.isfinite(vector).all():
-        raise ValueError(f"Stokes parameters are four finite numbers I, Q, U, V, not {values}")
+        raise ValueError(f"Stokes parameters are four finite numbers I, Q, U, V, not {values!r}")
     intensity, polarised = vector[..., 0], np.linalg.norm(vector[..., 1:], axis=-1)
     if (intensity < 0).any() or (polarised > intensity * (1 + IMPOSSIBLE)).any():
-        raise ValueError(f"no light has the Stokes parameters {values}: I must be at least sqrt(Q^2 + U^2 + V^2)")
+        raise ValueError(f"no light has the Stokes parameters {values!r}: I must be at least sqrt(Q^2 + U^2 + V^2)")
     return vector
 
 

@@ -1,8 +1,9 @@
 """The command line: each command is a few lines around library calls."""
 
 import sys
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -39,8 +40,13 @@ def run_demo(
     present.console().print(f"wrote {page}")
 
 
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"gonio: {message}", file=sys.stderr)
+
+
 def main() -> None:
     """Run the command line; whatever is wrong with the input is one line on standard error and exit code 1."""
+    warnings.showwarning = _warn
     try:
         app()
     except (ValueError, KeyError, OSError) as error:

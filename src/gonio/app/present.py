@@ -1,8 +1,11 @@
 """What people and programs see: tables, progress bars and JSON."""
 
+import ast
+import inspect
 import json
 import math
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +21,7 @@ if TYPE_CHECKING:
 
     from gonio.compare import Row
     from gonio.fit.solution import Solution
-    from gonio.model import Model
+    from gonio.model import Model, Term
 
 
 def console() -> "Console":
@@ -107,18 +110,64 @@ def models_table(models: Sequence["Model"]) -> "Table":
 BREAKS = "breaks: E energy unbounded, P can be negative, R not reciprocal"
 
 
-def model_lines(model: "Model") -> Iterator[str]:
-    """One model in full: terms, shape parameters, and what it breaks."""
+def formula(model: "Model") -> str:
+    """The sum of terms, each with its weight and shape parameters."""
+    return "f = " + " + ".join(f"{w} {t.__name__}({', '.join(declarations(t))})" for w, t in model.terms.items())
+
+
+def equation(term: "Term") -> str:
+    """The body of a term as it is written, which is its equation; empty where the source is not at hand."""
+    try:
+        source = textwrap.dedent(inspect.getsource(inspect.unwrap(term)))
+    except OSError:
+        return ""
+    function = next(node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
+    documented = ast.get_docstring(function) is not None
+    above = function.body[0].end_lineno if documented else function.body[0].lineno - 1
+    return textwrap.dedent("\n".join(source.splitlines()[above:]))
+
+
+WEIGHT_UNITS = {"sr-1": "1", "deg-1": "deg/sr", "1": "1/sr"}
+
+
+def physics_rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
+    """Each weight with its term's reciprocity, range of reflectance and least value, computed at default shape."""
+    from gonio.app.checking import check
+
+    for name, (positive, exchanged, energy) in check(model.name, {}).items():
+        if exchanged.holds is None:
+            reciprocity = exchanged.why
+        else:
+            worst = f"worst ln ratio {abs(exchanged.figures.get('worst ln ratio', 0)):.2g}"
+            reciprocity = "holds" if exchanged.holds else worst
+        spread = energy.figures.values()
+        reflectance = f"{figure(min(spread))} to {figure(max(spread))}" if spread else "not normalised"
+        yield name.split(", ")[-1].removesuffix(" = 1"), reciprocity, reflectance, figure(positive.figures["least"])
+
+
+def model_lines(model: "Model") -> Iterator[Any]:
+    """One model in full, as on the catalogue page: terms, equations, shape parameters, and its physics."""
+    from rich.markup import escape
+    from rich.padding import Padding
+
     yield f"[bold]{model.name}[/bold]: {model.title}"
     yield f"source {model.cite}, {model.confidence}\n"
-    yield "f = " + " + ".join(f"{w} {t.__name__}({', '.join(declarations(t))})" for w, t in model.terms.items()) + "\n"
-    for term in model.terms.values():
-        yield f"  [bold]{term.__name__}[/bold]  {(term.__doc__ or '').splitlines()[0]}"
+    yield formula(model) + "\n"
+    for weight, term in model.terms.items():
+        unit = WEIGHT_UNITS[model.term_unit(weight)]
+        yield f"[bold]{weight}[/bold] \\[{unit}]: {(term.__doc__ or '').splitlines()[0]}"
+        if text := equation(term):
+            yield Padding(f"[dim]{escape(text)}[/dim]", (0, 0, 1, 4))
     for name, p in model.shape.items():
         unit = f" {label(p.unit)}".rstrip()
-        yield f"  [bold]{name}[/bold]  {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}"
+        yield f"[bold]{name}[/bold]: {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}"
+    rows = table("at default shape", "reciprocity", "reflectance to 85 deg", "least value", left=2)
+    for row in physics_rows(model):
+        rows.add_row(*row)
+    yield rows
     for law, why in model.violates.items():
         yield f"breaks {law}: {why}"
+    yield f"[dim]gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more[/dim]"
 
 
 def solution_record(row: "Row") -> dict[str, Any]:

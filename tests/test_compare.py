@@ -1,10 +1,23 @@
 """Metrics against their definitions, and the ranking."""
 
+import itertools
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gonio import catalogue
-from gonio.compare import METRICS, at_specular, drop, metrics, metrics_by_incidence, rank, reference_errors
+from gonio.compare import (
+    METRICS,
+    TIE,
+    _ordered,
+    at_specular,
+    drop,
+    metrics,
+    metrics_by_incidence,
+    rank,
+    reference_errors,
+)
 from gonio.measured.dataset import make_scan
 
 
@@ -51,13 +64,26 @@ def test_drop_as_in_the_tables():
     assert drop(0.1, 0.2) == -100
 
 
+def test_models_that_tie_stand_with_the_simpler_first():
+    """A constant scan leaves every lobe with weight zero: all models fit it alike, and Lambert's needs one value."""
+    scan = make_scan([30.0] * 9, np.linspace(-60, 60, 9), np.full(9, 0.1))
+    rows = rank(scan, [catalogue[n] for n in ("cauchy-lorentz", "torrance-sparrow", "lambert")], by="delta")
+    alike = rank(scan, [catalogue[n] for n in ("lambert", "torrance-sparrow", "cauchy-lorentz")], by="delta")
+    for found in (rows, alike):
+        metrics = [row.metrics["delta"] for row in found]
+        assert max(metrics) < 1e-9 or metrics[-1] <= metrics[0] * (1 + TIE)
+    one, two = (SimpleNamespace(metrics={"E": e}, free_parameters=n) for e, n in ((0.1, 5), (0.1 * (1 + 1e-9), 2)))
+    three = SimpleNamespace(metrics={"E": float("nan")}, free_parameters=1)
+    assert _ordered([three, one, two], "E") == [two, one, three]
+
+
 def test_rank_orders_and_routes_options(aluminium):
     _model, _values, scan = aluminium
     models = [catalogue[n] for n in ("lambert", "torrance-sparrow", "wang-2016", "cauchy-lorentz")]
     for metric in METRICS:
         rows = rank(scan, models, by=metric, grouped={"ks": "theta_i"}, held={"gamma": 47.0, "sigma": 0.142})
         errors = [row.metrics[metric] for row in rows]
-        assert errors == sorted(errors)
+        assert all(a <= b * (1 + TIE) for a, b in itertools.pairwise(errors))
     assert {row.model.name: row.free_parameters for row in rows} == {
         "lambert": 1,
         "torrance-sparrow": 4,

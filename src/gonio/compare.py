@@ -52,6 +52,7 @@ METRICS: Mapping[str, Metric] = {
 }
 
 # The models that guo2023 compares, its own made reciprocal, and the simplest of all.
+TIE = 1e-6  # relative difference of a metric below which two models do equally well
 FAMILY = ("lambert", "torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz", "cauchy-lorentz-reciprocal")
 
 # What the paper calls T-S and T-C: the second is wang-2016 for its metals and liu-2016 for its coatings.
@@ -161,7 +162,7 @@ def rank(
     progress: Progress = silent,
     **options: Any,
 ) -> list[Row]:
-    """Fit several models to one scan and order them by a metric, the nearest first.
+    """Fit several models to one scan and order them by a metric, the nearest first, ties by fewer free values.
 
     `options` are those of Problem; held, grouped, shared and bounded names apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
@@ -173,7 +174,18 @@ def rank(
         problem = Problem(model, scan, **_for_model(model, models, options))
         rows.append(assess(problem, fit(problem, solver)))
         progress(done / len(models))
-    return sorted(rows, key=lambda row: (math.isnan(row.metrics[by]), row.metrics[by]))
+    return _ordered(rows, by)
+
+
+def _ordered(rows: Sequence[Row], by: str) -> list[Row]:
+    """By metric; of models that agree in it to a millionth the simpler first, because rounding decides nothing."""
+    out: list[list[Row]] = []
+    for row in sorted(rows, key=lambda row: (math.isnan(row.metrics[by]), row.metrics[by])):
+        if out and math.isclose(out[-1][0].metrics[by], row.metrics[by], rel_tol=TIE):
+            out[-1].append(row)
+        else:
+            out.append([row])
+    return [row for tied in out for row in sorted(tied, key=lambda row: row.free_parameters)]
 
 
 def reference_errors(rows: Sequence[Row], metric: str = "nrmse") -> dict[str, float]:

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from gonio import Problem, catalogue, published, simulate
+from gonio import Geometry, Problem, catalogue, published, simulate
 from gonio.fit import Anneal, Projection, Status, fit
 from gonio.fit.linear import bounded_least_squares
 from gonio.measured.dataset import join, make_scan, points
@@ -36,6 +36,58 @@ def test_grouped_weights_are_columns(aluminium):
     stacked, _ = problem.design(np.array([[0.142, 47.0], [0.2, 30.0]]))
     np.testing.assert_array_equal(stacked[0], matrix)
     assert not fixed.any()
+
+
+def spectral_scan(wavelengths):
+    """Simulated rough-surface scatter of one sample at several wavelengths [nm]."""
+    model = catalogue["generalised-harvey-shack"]
+    theta_r = np.arange(-60, 61, 3.0)
+    parts = []
+    for wavelength in wavelengths:
+        shape = {"sigma": 0.08, "length": 3.0, "index": 1.37, "extinction": 7.62, "wavelength": wavelength / 1000}
+        parts.append(model(Geometry.in_plane(np.full_like(theta_r, 30.0), theta_r), {"scale": 0.9, **shape}))
+    n = len(wavelengths)
+    return make_scan(
+        np.full(n * theta_r.size, 30.0),
+        np.tile(theta_r, n),
+        np.concatenate(parts),
+        coordinates={"wavelength": np.repeat(wavelengths, theta_r.size)},
+    )
+
+
+@pytest.mark.parametrize("wavelengths", [[632.8], [488.0, 632.8, 1064.0]])
+def test_the_wavelength_is_the_scans_own(wavelengths):
+    """Roughness shared over wavelengths comes back because each point is evaluated at its own wavelength."""
+    scan = spectral_scan(wavelengths)
+    problem = Problem(
+        catalogue["generalised-harvey-shack"], scan, held={"index": 1.37, "extinction": 7.62}, shared=("scale",)
+    )
+    assert [entry.name for entry in problem.free] == ["scale", "sigma", "length"]
+    solution = fit(problem)
+    assert solution.values["sigma"] == pytest.approx(0.08, rel=1e-5)
+    assert solution.values["length"] == pytest.approx(3.0, rel=1e-5)
+    at = solution.at(points(scan))["wavelength"]
+    np.testing.assert_allclose(np.broadcast_to(at, scan.sizes["direction"]), scan["wavelength"].values / 1000)
+    assert np.isnan(solution.uncertainties[next(n for n in solution.values if n.startswith("wavelength"))])
+    free = Problem(problem.model, scan, bounds={"wavelength": (0.2, 2.0)})
+    assert "wavelength" in [entry.name for entry in free.free]
+
+
+def test_held_by_group():
+    """One held value for each wavelength, as a material's optical constants are."""
+    scan = spectral_scan([488.0, 632.8])
+    model = catalogue["generalised-harvey-shack"]
+    index, extinction = {"488": 1.0, "632.8": 1.37}, {"488": 5.9, "632.8": 7.62}
+    grouped = {"index": "wavelength", "extinction": "wavelength"}
+    problem = Problem(model, scan, held={"index": index, "extinction": extinction}, grouped=grouped)
+    solution = fit(problem)
+    found = solution.at(points(scan))
+    np.testing.assert_array_equal(np.unique(found["extinction"]), [5.9, 7.62])
+    assert solution.parameters()["index"]["values"]["632.8"]["value"] == 1.37
+    with pytest.raises(ValueError, match=r"there is none for 632\.8"):
+        fit(Problem(model, scan, held={"index": {"488": 1.0}}, grouped={"index": "wavelength"}))
+    with pytest.raises(ValueError, match="not grouped"):
+        fit(Problem(model, scan, held={"index": index}))
 
 
 def test_held_values_stay_and_have_no_uncertainty(aluminium):

@@ -1,10 +1,12 @@
 """The measured scans beside the project: every one is read, checked, fitted and compared."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from gonio import Anneal, Problem, Projection, catalogue, check, read
-from gonio.compare import FAMILY, METRICS, assess, curves, rank
+from gonio.compare import FAMILY, METRICS, TIE, assess, curves, rank
 from gonio.fit import fit
 from gonio.measured.check import Severity
 from gonio.measured.dataset import points
@@ -26,7 +28,7 @@ def test_read_and_checked(real_scan):
 def test_ranked(real_scan):
     rows = rank(read(real_scan), MODELS)
     costs = [row.metrics["E"] for row in rows]
-    assert costs == sorted(costs)
+    assert all(a <= b * (1 + TIE) for a, b in itertools.pairwise(costs))
     assert all(set(row.metrics) == set(METRICS) for row in rows)
     by_name = {row.model.name: row for row in rows}
     # the three-component models hold Torrance-Sparrow (kdd = 0, kid = kd), and Torrance-Sparrow a constant

@@ -146,7 +146,7 @@ def test_the_unpolarised_element_is_the_scalar_model():
 
 
 def test_emissivity_by_kirchhoff():
-    """What is not reflected is emitted: 1 - DHR by reciprocity, p-polarised towards grazing, and 1 - rho for Lambert."""
+    """What is not reflected is emitted: 1 - DHR by reciprocity, p-polarised towards grazing, 1 - rho for Lambert."""
     model = catalogue["wellems"]
     values = {"ks": 1.0, "index": 1.37, "extinction": 7.62, "s": 0.15, "q": 3.0}
     found = emissivity(model, values, 60.0)

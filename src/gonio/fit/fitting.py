@@ -34,7 +34,7 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
     entries = [(entry, label) for entry in problem.entries for label in entry.labels]
     names = [name for entry in problem.entries for name in entry.names]
     free = np.array([entry.held is None for entry, _ in entries])
-    value = np.array([np.nan if entry.held is None else entry.held for entry, _ in entries])
+    value = np.array([v for entry in problem.entries for v in entry.held or [np.nan] * entry.size])
     value[free] = optimum.vector
     full = np.full((len(names), len(names)), np.nan)
     full[np.ix_(free, free)] = spread

@@ -15,7 +15,7 @@ from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
-from gonio.units import weight_unit
+from gonio.units import UNITS, weight_unit
 
 Values = npt.NDArray[np.float64]
 Grouping = Mapping[str, str | tuple[str, ...]]
@@ -33,7 +33,7 @@ class Entry:
     lower: float
     upper: float
     unit: str
-    held: float | None = None
+    held: tuple[float, ...] | None = None
 
     @property
     def size(self) -> int:
@@ -49,7 +49,8 @@ class Entry:
 class Problem:
     """Fit `model` to `data` by minimising the relative weighted squared error (guo2023, eq 11).
 
-    held: parameters that keep a value given here.
+    held: parameters that keep a value given here; one that is grouped, a mapping from each group's label to its value.
+        A model's `wavelength` is held at the scan's own, where that has it, unless it is held, grouped or bounded.
     grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (Table 1).
     shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
@@ -62,7 +63,7 @@ class Problem:
 
     model: Model
     data: xr.Dataset
-    held: Mapping[str, float] = field(default_factory=dict)
+    held: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
     grouped: Grouping = field(default_factory=dict)
     shared: tuple[str, ...] = ()
     weighting: str = "uniform"
@@ -137,8 +138,8 @@ class Problem:
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
             by += tuple(s for s in dataset.sets(self.points) if s not in by)
-        if name in self.held and by:
-            raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
+        own = self._own_wavelength(name)
+        by = ("wavelength",) if isinstance(own, Mapping) else by
         labels, group = self._groups(by)
         if is_weight:
             lower, upper = self.bounds.get(name, (0.0, math.inf))
@@ -147,12 +148,22 @@ class Problem:
             parameter = self.model.shape[name]
             lower, upper = self.bounds.get(name, (parameter.lower, parameter.upper))
             unit = parameter.unit
-        held = self.held.get(name)
-        if held is not None and not is_weight and not lower <= held <= upper:
-            raise ValueError(f"{name} is held at {held:g}, outside its bounds {lower:g} to {upper:g}")
+        held = _held(name, self.held.get(name, own), by, labels)
+        for value in held or ():
+            if not is_weight and not lower <= value <= upper:
+                raise ValueError(f"{name} is held at {value:g}, outside its bounds {lower:g} to {upper:g}")
         if not lower <= upper:
             raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
+
+    def _own_wavelength(self, name: str) -> float | dict[str, float] | None:
+        """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
+        asked = any(name in names for names in (self.held, self.grouped, self.bounds))
+        if name != "wavelength" or asked or name not in self.model.shape or name not in self.points.coords:
+            return None
+        size = UNITS[self.model.shape[name].unit].size
+        own = {label(w): float(w) / size for w in np.unique(self.points[name].values)}
+        return own if len(own) > 1 else next(iter(own.values()))
 
     def _groups(self, by: tuple[str, ...]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
         if not by:
@@ -224,7 +235,7 @@ class Problem:
             if not entry.is_weight:
                 continue
             if entry.held is not None:
-                fixed += entry.held * basis[entry.name]
+                fixed += np.asarray(entry.held)[entry.group] * basis[entry.name]
                 continue
             if entry.size == 1:
                 columns[..., column, :] = basis[entry.name]
@@ -262,9 +273,25 @@ class Problem:
             if entry.is_weight:
                 continue
             if entry.held is not None:
-                values[entry.name] = entry.held
+                values[entry.name] = entry.held[0] if entry.size == 1 else np.asarray(entry.held)[entry.group]
                 continue
             part = shape[..., at : at + entry.size]
             values[entry.name] = part if entry.size == 1 else part[..., entry.group]
             at += entry.size
         return values
+
+
+def _held(
+    name: str, given: float | Mapping[str, float] | None, by: tuple[str, ...], labels: tuple[str, ...]
+) -> tuple[float, ...] | None:
+    """The held value of every group, in the order of their labels."""
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        if by:
+            raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
+        return (float(given),)
+    if missing := [label for label in labels if label not in given]:
+        where = f"grouped by {', '.join(by)}" if by else "not grouped"
+        raise ValueError(f"{name} is {where} and held for {', '.join(given)}: there is none for {missing[0] or 'all'}")
+    return tuple(float(given[label]) for label in labels)

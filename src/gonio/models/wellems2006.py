@@ -17,7 +17,7 @@ Tail = Annotated[float, Parameter(1.8, 1.1, 20.0, "exponent of the tail: 2 is GG
 def hyper_cauchy_facets(
     g: Geometry, s: Spread, q: Tail, index: Index, extinction: Extinction
 ) -> MuellerPerSteradian:
-    """Mueller matrix of hyper-Cauchy facets; V-grooves stand for the paper's own masking (wellems2006, formulas 6.9)."""
+    """Mueller matrix of hyper-Cauchy facets; V-grooves stand for the paper's own masking (wellems2006)."""
     return reflected(g, hyper_cauchy_slopes(g, s, q), v_groove(g))[..., None, None] * reflection(g, index, extinction)
 
 

@@ -8,7 +8,7 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench real-surfaces catalogue figures lock clean
+.PHONY: demo test check bench real-surfaces catalogue figures crosscheck lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -40,14 +40,27 @@ figures: $(VENV)/.gonio
 	$(BIN)/gonio plot $(SCAN) --models torrance-sparrow,cauchy-lorentz,cauchy-lorentz-reciprocal \
 		--group ks=theta_i --group rho_s=theta_i --weighting relative --out docs/images/readme.png --force
 
+# Mitsuba 3 and NIST's SCATMECH, which compiles for minutes, against gonio; rewrites tests/reference/peers.
+PEERS := .venv-peers
+crosscheck: $(PEERS)/.installed $(VENV)/.test $(VENV)/.gonio
+	$(PEERS)/bin/python tests/crosscheck/mitsuba_peer.py
+	$(PEERS)/bin/python tests/crosscheck/scatmech_peer.py
+	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py
+
+$(PEERS)/.installed: requirements-crosscheck.lock
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip --disable-pip-version-check -q install --require-hashes -r requirements-crosscheck.lock
+	touch $@
+
 # The locks, hashes and no index address; needs uv.
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q
 lock:
 	$(COMPILE) --extra build -o requirements.lock
 	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock
+	printf 'mitsuba\npySCATMECH\nnumpy\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o requirements-crosscheck.lock
 
 clean:
-	rm -rf $(VENV) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(PEERS) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 $(VENV)/.venv:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "gonio needs Python 3.11 or later; name one with PYTHON=")'

@@ -81,6 +81,47 @@ def test_eval_json(run):
     assert in_plane["values"][0] == pytest.approx(in_plane["values"][1])
 
 
+def test_eval_of_polarised_light(run):
+    """Element 00 is the BRDF; unpolarised light leaves with the first column; DoLP and AoLP follow from it."""
+    at = ("eval", "priest-mueller", "--set", "ks=1", "--at", "50,35,120")
+    plain = as_json(run, *at)
+    assert plain["values"] == [plain["mueller"][0][0][0]]
+    assert "stokes" not in plain
+    light = as_json(run, *at, "--stokes", "1,0,0,0")
+    assert light["stokes"][0] == [row[0] for row in plain["mueller"][0]]
+    q, u = light["stokes"][0][1:3]
+    assert light["dolp"][0] == pytest.approx(np.hypot(q, u) / light["values"][0])
+    assert light["aolp_deg"][0] == pytest.approx(np.degrees(np.arctan2(u, q)) / 2)
+    _, out, _ = run(*at, "--stokes", "1,0,0,0")
+    assert "DoLP" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+    _, out, _ = run("eval", "ggx", "--set", "rho_s=1", "--at", "50,35,120")
+    assert "theta_i [deg]" in out
+
+
+@pytest.mark.parametrize("figure", ["curves", "hemisphere", "dolp"])
+def test_draw(run, tmp_path, figure):
+    target = tmp_path / "drawn"
+    code, out, _ = run("draw", "wellems", "--set", "ks=1", "--figure", figure, "--theta-i", "20,50", "--out", target)
+    assert code == 0
+    assert {p.suffix for p in tmp_path.iterdir()} == {".png", ".svg"}
+    assert "wrote" in out
+    assert run("draw", "wellems", "--set", "ks=1", "--figure", figure, "--out", target)[0] == 1
+
+
+def test_one_model_in_full(run):
+    """Equation, parameters and physics as computed, in eighty columns."""
+    for name in ("cauchy-lorentz", "disney", "ross-li", "priest-mueller", "sgd"):
+        code, out, _ = run("models", name)
+        assert code == 0
+        assert all(len(line) <= 80 for line in out.splitlines()), name
+        assert catalogue[name].confidence in out
+        assert all(parameter in out for parameter in catalogue[name].parameters)
+        assert "reflectance" in out
+    assert "gamma / (math.pi * (g.theta_r_deg**2 + gamma**2))" in run("models", "cauchy-lorentz")[1]
+    assert "worst ln ratio" in run("models", "cauchy-lorentz")[1]
+
+
 def test_fit_json(run, scan_file):
     found = as_json(run, "fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i")
     assert {"model", "solver", "status", "seconds", "parameters", "metrics"} <= set(found)
@@ -239,6 +280,11 @@ def test_bad_input_is_one_line_and_exit_code_1(run, tmp_path, monkeypatch, case,
         (("eval", "lambert", "--at", "30,30,180", "--set", "rho"), "name=value"),
         (("eval", "lambert", "--at", "30,30,180", "--set", "rho=nan"), "finite"),
         (("eval", "lambert", "--at", "30,30,180", "--published", "Al"), "belong to cauchy-lorentz"),
+        (("eval", "ggx", "--at", "30,30,180", "--set", "rho_s=1", "--stokes", "1,0,0,0"), "nothing about polarisation"),
+        (("eval", "wellems", "--at", "30,30,180", "--set", "ks=1", "--stokes", "1,1,1,0"), "no light has"),
+        (("draw", "ggx", "--set", "rho_s=1", "--figure", "dolp"), "nothing about polarisation"),
+        (("draw", "ggx", "--set", "rho_s=1", "--theta-i", "95"), "from 0 to below 90"),
+        (("draw", "ggx", "--set", "rho_s=1", "--figure", "hemisphere", "--theta-i", "1,2,3,4,5"), "room for 4"),
         (("fit", "SCAN", "--model", "lambert", "--solver", "guess"), "projection, anneal"),
         (("fit", "SCAN", "--model", "lambert", "--setting", "speed=1"), "no setting 'speed'"),
         (("fit", "SCAN", "--model", "lambert", "--select", "channel=R"), "no coordinate 'channel'"),
@@ -277,7 +323,7 @@ def test_the_installed_script(tmp_path):
     """What a user gets: the console script of the wheel, from another folder."""
     environment = os.environ | {"COLUMNS": "80"}
     done = subprocess.run([SCRIPT, "--help"], capture_output=True, text=True, cwd=tmp_path, env=environment, check=True)
-    for command in ("models", "eval", "fit", "compare", "plot", "info", "check", "demo"):
+    for command in ("models", "eval", "draw", "fit", "compare", "plot", "info", "check", "demo"):
         assert command in done.stdout
     failed = subprocess.run([SCRIPT, "info", "missing.csv"], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert failed.returncode == 1

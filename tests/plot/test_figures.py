@@ -7,11 +7,13 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 from PIL import Image
 
 from gonio import catalogue, published, read, simulate
-from gonio.app.drawing import draw, predictors
+from gonio.app.drawing import draw, draw_model, predictors
+from gonio.app.evaluation import surface
 from gonio.compare import rank
 from gonio.fit import Anneal
 from gonio.measured.dataset import make_scan
@@ -42,6 +44,11 @@ def figures(ranked):
     )
     yield "errors", draw("errors", ranked | {"Al again": ranked["Al"]})
     yield "normalised", curves(scan, predictors(rows), title="Al", normalised=True)
+    polarised = surface(catalogue["priest-mueller"], {"ks": 1.0, "kd": 0.05, "sigma": 0.3}, "")
+    for kind in ("curves", "hemisphere", "dolp"):
+        yield f"model {kind}", draw_model(kind, polarised, [30.0, 60.0], (1, 0, 0, 0))
+    yield "paper's model", draw_model("curves", surface(catalogue["cauchy-lorentz"], {}, "Al"), [20.0, 40.0, 70.0], ())
+    yield "signed kernel", draw_model("curves", surface(catalogue["ross-li"], {"fgeo": 1.0}, ""), [40.0], ())
     yield "one curve", curves(scan.isel(direction=scan["theta_i"].values == 40), {}, title="Al")
 
 
@@ -135,6 +142,25 @@ def test_hemisphere_is_a_true_polar_view():
     assert np.cos(corners[0]) == pytest.approx(1.0)
     assert corners[1] == pytest.approx(40.75, abs=1.0)
     np.testing.assert_allclose(values[1:180], values[-2:-181:-1], rtol=1e-9)
+
+
+def test_strokes_are_tangential_where_s_light_leaves():
+    """At Brewster's angle, in the plane of incidence, light is fully s-polarised: strokes lie across the plane."""
+    theta = float(np.degrees(np.arctan(1.5)))
+    polarised = surface(catalogue["priest-mueller"], {"ks": 1.0, "sigma": 0.5}, "")
+    figure = draw_model("dolp", polarised, [theta], (1, 0, 0, 0))
+    strokes = next(c for c in figure.axes[0].collections if isinstance(c, Quiver))
+    forward = np.abs(np.radians(0.0) - strokes.XY[:, 0]) < 1e-9
+    assert forward.any()
+    np.testing.assert_allclose(strokes.U[forward], 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(strokes.V[forward]), 1.0, rtol=1e-9)
+    # to the left and right of the plane they mirror
+    turned = {
+        round(float(a), 6): u * v for (a, r), u, v in zip(strokes.XY, strokes.U, strokes.V, strict=True) if r == 55
+    }
+    for azimuth, slant in turned.items():
+        if -azimuth in turned:
+            assert turned[-azimuth] == pytest.approx(-slant, abs=1e-9)
 
 
 def test_many_curves_and_channels_say_what_is_left_out(shared_scans):

@@ -45,7 +45,7 @@ def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]
             _strokes(ax, light, theta_i)
             mark_directions(ax, theta_i)
             ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=12)
-            figure.colorbar(mesh, ax=ax, label="degree of linear polarisation", shrink=0.75, pad=0.14)
+            figure.colorbar(mesh, ax=ax, label="degree of linear polarisation [1]", shrink=0.75, pad=0.14)
         heading(figure, title, "centre θᵣ = 0, rim 90°; angle φ; + specular direction; strokes: electric field")
     return figure
 

@@ -52,7 +52,7 @@ def test_locks_hold_hashes_and_no_address():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {re.split(r"[><=]", d)[0].lower() for d in project["dependencies"]}
     assert declared <= locked
-    assert declared == {"array-api-compat", "matplotlib", "numpy", "rich", "scipy", "typer", "xarray"}
+    assert declared == {"array-api-compat", "matplotlib", "numpy", "pyyaml", "rich", "scipy", "typer", "xarray"}
     installed = {re.split(r"[><= ;]", r)[0].lower() for r in requires("gonio") or [] if "extra" not in r}
     assert installed == declared
 

@@ -1,10 +1,18 @@
-"""Writing files: to a temporary name, then renamed; nothing is overwritten unless asked."""
+"""Files: the error that names the place in one, and writing to a temporary name that is then renamed."""
 
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+
+class FormatError(ValueError):
+    """A file that cannot be read: which, where in it (a line or a byte offset), what was expected."""
+
+    def __init__(self, path: str | Path, what: str, where: str = "") -> None:
+        self.path, self.where, self.what = Path(path), where, what
+        super().__init__(f"{path}, {where}: {what}" if where else f"{path}: {what}")
 
 
 def refuse_existing(path: Path, force: bool) -> None:

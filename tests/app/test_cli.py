@@ -99,6 +99,51 @@ def test_eval_of_polarised_light(run):
     assert "theta_i [deg]" in out
 
 
+def test_materials(run, tmp_path):
+    """Constants by name or file, listed and held where a model has an index."""
+    listed = as_json(run, "materials")
+    gold = next(m for m in listed if m["name"] == "gold")
+    assert gold["cite"] == "johnson1972"
+    at = gold["wavelength_um"].index(0.6328)
+    code, out, _ = run("materials")
+    assert code == 0
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert "reflectance" in run("materials", "gold")[1]
+    named = as_json(
+        run, "eval", "ggx", "--set", "rho_s=1", "--at", "30,40", "--material", "gold", "--wavelength", "632.8"
+    )
+    by_hand = ("--set", f"index={gold['n'][at]}", "--set", f"extinction={gold['k'][at]}")
+    assert named["values"] == as_json(run, "eval", "ggx", "--set", "rho_s=1", "--at", "30,40", *by_hand)["values"]
+    glass = tmp_path / "glass.csv"
+    glass.write_text("wavelength_nm,n\n500,1.52\n700,1.51\n")
+    found = as_json(run, "eval", "ggx", "--set", "rho_s=1", "--at", "0,0", "--material", glass, "--wavelength", "600")
+    halfway = as_json(run, "eval", "ggx", "--set", "rho_s=1", "--at", "0,0", "--set", "index=1.515")
+    assert found["values"] == pytest.approx(halfway["values"], rel=1e-12)
+
+
+def test_fit_at_a_materials_constants(run, tmp_path):
+    """Each wavelength of a scan has its own constants; a scan that names none needs --wavelength."""
+    path = tmp_path / "gold.csv"
+    rows = [f"{w},30,{t},{0.1 + np.exp(-(((t - 30) / 20) ** 2)):.5f}" for w in (532, 1064) for t in range(-60, 61, 10)]
+    path.write_text("\n".join(["wavelength_nm,theta_i_deg,theta_r_deg,brdf_sr-1", *rows]) + "\n")
+    found = as_json(run, "fit", path, "--model", "ggx", "--material", "gold")["parameters"]["extinction"]
+    assert found["held"]
+    assert found["by"] == "wavelength"
+    assert {w: v["value"] for w, v in found["values"].items()} == {"532": 2.231, "1064": 6.965}
+    one = as_json(run, "fit", path, "--model", "ggx", "--material", "gold", "--select", "wavelength=1064")
+    assert one["parameters"]["index"]["value"] == 0.2585
+    ranked = as_json(run, "compare", path, "--models", "lambert,ggx", "--material", "gold")
+    assert {row["model"] for row in ranked[0]["ranking"]} == {"lambert", "ggx"}
+    plain = tmp_path / "plain.csv"
+    plain.write_text("\n".join(["theta_i_deg,theta_r_deg,brdf_sr-1", *(r.split(",", 1)[1] for r in rows[:13])]) + "\n")
+    code, _, err = run("fit", plain, "--model", "ggx", "--material", "gold")
+    assert code == 1
+    assert "needs --wavelength" in err
+    code, _, err = run("fit", path, "--model", "ggx", "--material", "gold", "--hold", "index=1")
+    assert code == 1
+    assert "leave it out of --hold" in err
+
+
 @pytest.mark.parametrize("figure", ["curves", "hemisphere", "dolp"])
 def test_draw(run, tmp_path, figure):
     target = tmp_path / "drawn"
@@ -282,6 +327,8 @@ def test_bad_input_is_one_line_and_exit_code_1(run, tmp_path, monkeypatch, case,
         (("eval", "lambert", "--at", "30,30,180", "--published", "Al"), "belong to cauchy-lorentz"),
         (("eval", "ggx", "--at", "30,30,180", "--set", "rho_s=1", "--stokes", "1,0,0,0"), "nothing about polarisation"),
         (("eval", "wellems", "--at", "30,30,180", "--set", "ks=1", "--stokes", "1,1,1,0"), "no light has"),
+        (("eval", "ggx", "--at", "3,3,0", "--set", "rho_s=1", "--material", "gold"), "needs --wavelength in nm"),
+        (("materials", "golf"), "nearest: gold"),
         (("draw", "ggx", "--set", "rho_s=1", "--figure", "dolp"), "nothing about polarisation"),
         (("draw", "ggx", "--set", "rho_s=1", "--theta-i", "95"), "from 0 to below 90"),
         (("draw", "ggx", "--set", "rho_s=1", "--figure", "hemisphere", "--theta-i", "1,2,3,4,5"), "room for 4"),

@@ -6,16 +6,20 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from gonio.fit.anneal import Anneal
 from gonio.fit.half_width import half_widths, widest_angle
 from gonio.fit.projection import Projection
+from gonio.fit.solution import label
 from gonio.fit.solver import Solver
+from gonio.materials import constants as material_constants
 from gonio.polarisation import stokes as check_stokes
 
 SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {s.name: s for s in (Projection, Anneal)}
 HALF_WIDTH = "half-width"
+CONSTANTS = ("index", "extinction")
 
 
 def pairs(texts: Iterable[str], option: str) -> dict[str, str]:
@@ -42,6 +46,11 @@ def number(text: str, what: str) -> float:
 
 def numbers(texts: Iterable[str], option: str) -> dict[str, float]:
     return {name: number(value, f"{option} {name}") for name, value in pairs(texts, option).items()}
+
+
+def values(texts: Iterable[str], material: str, wavelength: str) -> dict[str, float]:
+    """What `--set` and `--material` give a model."""
+    return constants(material, wavelength) | numbers(texts, "--set")
 
 
 def groups(texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
@@ -133,3 +142,29 @@ def figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
     if path.suffix in (".png", ".svg"):
         return path.with_suffix(""), (path.suffix,)
     return path, (".png", ".svg")
+
+
+def constants(material: str, wavelength: str) -> dict[str, float]:
+    """Index and extinction of a material at `--wavelength`, none without a material."""
+    if not material:
+        return {}
+    if not wavelength:
+        raise ValueError("--material needs --wavelength in nm here: nothing else says at which the constants are meant")
+    return material_constants(material, number(wavelength, "--wavelength"))
+
+
+def with_material(options: dict[str, Any], scan: xr.Dataset, material: str, wavelength: str) -> dict[str, Any]:
+    """The options of a Problem with index and extinction held at the material's, at the scan's own wavelengths."""
+    if taken := [name for name in CONSTANTS if any(name in options[what] for what in ("held", "grouped", "bounds"))]:
+        raise ValueError(f"--material holds {taken[0]}: leave it out of --hold, --group and --bound")
+    out = options | {"bounds": options["bounds"] | dict.fromkeys(CONSTANTS, (0.0, math.inf))}
+    if "wavelength" not in scan.coords or wavelength:
+        return out | {"held": options["held"] | constants(material, wavelength)}
+    own = {label(w): material_constants(material, w) for w in np.unique(scan["wavelength"].values).tolist()}
+    if len(own) == 1:
+        return out | {"held": options["held"] | next(iter(own.values()))}
+    held = {name: {w: values[name] for w, values in own.items()} for name in CONSTANTS}
+    return out | {
+        "held": options["held"] | held,
+        "grouped": options["grouped"] | dict.fromkeys(CONSTANTS, ("wavelength",)),
+    }

@@ -14,6 +14,7 @@ from gonio.app.options import (
     Group,
     Hold,
     Json,
+    MaterialName,
     ModelName,
     Models,
     Scan,
@@ -23,6 +24,7 @@ from gonio.app.options import (
     Setting,
     Share,
     SolverName,
+    Wavelength,
     Weigh,
     chosen_models,
     problem_options,
@@ -56,6 +58,8 @@ def fit_scan(
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
@@ -73,7 +77,7 @@ def fit_scan(
     from gonio.fit import fit
 
     data = read_scan(scan, blocked, floor, select)
-    options = problem_options(data, hold, group, share, bound, weighting)
+    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -94,6 +98,8 @@ def compare_models(
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
@@ -114,7 +120,7 @@ def compare_models(
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, bound, weighting)
+            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
             rows = rank(
                 data,
                 chosen,
@@ -144,6 +150,8 @@ def plot_scan(
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
@@ -165,7 +173,7 @@ def plot_scan(
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, bound, weighting)
+            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):

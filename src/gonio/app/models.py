@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gonio.app.options import Force, Json, ModelArgument, Published, Values
+from gonio.app.options import Force, Json, MaterialName, ModelArgument, Published, Values, Wavelength
 from gonio.app.terminal import app
 
 
@@ -31,6 +31,8 @@ def evaluate(
     at: Annotated[str, typer.Option("--at", metavar="DEG", help='"theta_i,theta_r,phi;.." in degrees')],
     values: Values = [],  # noqa: B006 - typer reads the default and never changes it
     published: Published = "",
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     stokes: Annotated[
         str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for a polarised model")
     ] = "",
@@ -41,7 +43,7 @@ def evaluate(
     from gonio.app import arguments, evaluation, present
 
     places = arguments.directions(at)
-    surface = evaluation.surface(catalogue[model], arguments.numbers(values, "--set"), published)
+    surface = evaluation.surface(catalogue[model], arguments.values(values, material, wavelength), published)
     records = evaluation.evaluate(surface, places, arguments.stokes(stokes) if stokes else None)
     if json:
         present.emit_json(evaluation.record(surface, places, records), json)
@@ -64,6 +66,8 @@ def draw_model(
     theta_i: Annotated[str, typer.Option("--theta-i", metavar="DEG,..", help="incidence angles")] = "30,60",
     values: Values = [],  # noqa: B006
     published: Published = "",
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     stokes: Annotated[str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for dolp")] = "1,0,0,0",
     out: Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")] = "",
     force: Force = False,
@@ -73,7 +77,7 @@ def draw_model(
     from gonio.app import arguments, drawing, evaluation, present
     from gonio.plot.style import save
 
-    surface = evaluation.surface(catalogue[model], arguments.numbers(values, "--set"), published)
+    surface = evaluation.surface(catalogue[model], arguments.values(values, material, wavelength), published)
     angles = arguments.incidence_angles(theta_i)
     drawn = drawing.draw_model(figure.value, surface, angles, arguments.stokes(stokes))
     target, suffixes = arguments.figure_target(out or f"{model}-{figure.value}")
@@ -85,15 +89,35 @@ def draw_model(
 def check_physics(
     target: Annotated[str, typer.Argument(help="a model, a scan, or a fit's solution.nc", show_default=False)],
     values: Annotated[list[str], typer.Option("--set", metavar="NAME=VALUE", help="a model's weights and shape")] = [],  # noqa: B006
+    material: MaterialName = "",
+    wavelength: Wavelength = "",
     json: Json = "",
     force: Force = False,
 ) -> None:
     """Check positivity, reciprocity and energy."""
     from gonio.app import arguments, checking, present
 
-    checked = checking.check(target, arguments.numbers(values, "--set"))
+    checked = checking.check(target, arguments.values(values, material, wavelength))
     if json:
         present.emit_json(checking.record(checked), json, force)
     if json != "-":
         for line in checking.lines(checked):
             present.console().print(line)
+
+
+@app.command("materials")
+def list_materials(
+    name: Annotated[str, typer.Argument(help="one material or a file of constants", show_default=False)] = "",
+    json: Json = "",
+    force: Force = False,
+) -> None:
+    """List optical constants, or show one material's."""
+    from gonio.app import present
+    from gonio.materials import material, materials
+
+    chosen = [material(name)] if name else list(materials.values())
+    if json:
+        present.emit_json([present.material_record(one) for one in chosen], json, force)
+    if json != "-":
+        for part in present.material_lines(chosen[0]) if name else (present.materials_table(chosen),):
+            present.console().print(part)

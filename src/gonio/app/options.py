@@ -36,6 +36,10 @@ Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
 Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
 Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
+MaterialName = Annotated[
+    str, typer.Option("--material", metavar="NAME|FILE", help="hold index and extinction at a material's: gold, ..")
+]
+Wavelength = Annotated[str, typer.Option("--wavelength", metavar="NM", help="for --material, where no scan says it")]
 Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names, family (the paper's) or all")]
 
 
@@ -59,18 +63,26 @@ def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.
 
 
 def problem_options(
-    data: "xr.Dataset", hold: list[str], group: list[str], share: list[str], bound: list[str], weighting: str
+    data: "xr.Dataset",
+    hold: list[str],
+    group: list[str],
+    share: list[str],
+    bound: list[str],
+    weighting: str,
+    material: str,
+    wavelength: str,
 ) -> dict[str, Any]:
     """The options of a Problem from those of a command."""
     from gonio.app import arguments
 
-    return {
+    options = {
         "held": arguments.held(hold, data),
         "grouped": arguments.groups(group),
         "shared": tuple(share),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
     }
+    return arguments.with_material(options, data, material, wavelength) if material else options
 
 
 def chosen_models(names: str) -> "list[Model]":

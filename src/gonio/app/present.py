@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from gonio.compare import Row
     from gonio.fit.solution import Solution
+    from gonio.materials import Material
     from gonio.model import Model, Term
 
 
@@ -168,6 +169,49 @@ def model_lines(model: "Model") -> Iterator[Any]:
     for law, why in model.violates.items():
         yield f"breaks {law}: {why}"
     yield f"[dim]gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more[/dim]"
+
+
+def material_record(material: "Material") -> dict[str, Any]:
+    """Optical constants as plain data."""
+    return {
+        "name": material.name,
+        "title": material.title,
+        "cite": material.cite,
+        "where": material.where,
+        "note": material.note,
+        "lines_only": material.lines,
+        "wavelength_um": material.wavelength_um.tolist(),
+        "n": material.n.tolist(),
+        "k": material.k.tolist(),
+    }
+
+
+def materials_table(materials: Sequence["Material"]) -> "Table":
+    out = table("material", "source", "wavelengths [µm]", left=3)
+    for one in materials:
+        out.add_row(one.name, one.cite, ", ".join(f"{w:g}" for w in one.wavelength_um))
+    return out
+
+
+ROWS_OF_A_MATERIAL = 24
+
+
+def material_lines(material: "Material") -> Iterator[Any]:
+    """One material in full: source, notes, and its constants with the reflectance at normal incidence."""
+    from rich.markup import escape
+
+    yield f"[bold]{escape(material.name)}[/bold]: {escape(material.title)}"
+    yield escape(f"source {material.cite}, {material.where}".removesuffix(", "))
+    if material.note:
+        yield escape(material.note)
+    out = table("wavelength [µm]", "n", "k", "reflectance", left=0)
+    rows = list(zip(material.wavelength_um, material.n, material.k, strict=True))
+    step = -(-len(rows) // ROWS_OF_A_MATERIAL)
+    for wavelength, n, k in rows[::step]:
+        out.add_row(f"{wavelength:g}", f"{n:.4g}", f"{k:.4g}", f"{((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2):.4f}")
+    yield out
+    if step > 1:
+        yield f"every {step}th of {len(rows)} rows"
 
 
 def solution_record(row: "Row") -> dict[str, Any]:

@@ -1,18 +1,10 @@
-"""What a file format is to gonio, and the error that names file, place and remedy."""
+"""What a file format is to gonio."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
-
-
-class FormatError(ValueError):
-    """A file that cannot be read: which, where in it (a line or a byte offset), what was expected."""
-
-    def __init__(self, path: str | Path, what: str, where: str = "") -> None:
-        self.path, self.where, self.what = Path(path), where, what
-        super().__init__(f"{path}, {where}: {what}" if where else f"{path}: {what}")
 
 
 @dataclass(frozen=True)

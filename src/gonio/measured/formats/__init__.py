@@ -7,9 +7,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from gonio.files import replacing
+from gonio.files import FormatError, replacing
 from gonio.measured.dataset import add_history
-from gonio.measured.format import Format, FormatError
+from gonio.measured.format import Format
 from gonio.model import NearestNames
 
 HEAD = 4096  # bytes that a format may look at to recognise a file

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import xarray as xr
 
+from gonio.files import FormatError
 from gonio.measured.dataset import ANGLES
-from gonio.measured.format import Format, FormatError
+from gonio.measured.format import Format
 
 _CLASSIC, _HDF5 = (b"CDF\x01", b"CDF\x02"), b"\x89HDF\r\n\x1a\n"
 

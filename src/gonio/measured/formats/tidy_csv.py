@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.files import FormatError
 from gonio.measured.dataset import ANGLES, SETS, flatten, is_in_plane, make_scan, signed_theta_r
-from gonio.measured.format import Format, FormatError
+from gonio.measured.format import Format
 from gonio.units import CF_STRINGS, UNITS
 
 LONGEST_LINE = 65_536  # bytes; a longer line is no row of numbers

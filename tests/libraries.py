@@ -6,19 +6,25 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pytest
 
 
 @dataclass(frozen=True)
 class Library:
-    """How to make an array of a library from NumPy's, and how to come back."""
+    """How to make an array of a library from NumPy's, how to come back, and what must be installed for it."""
 
     name: str
     array: Callable[[Any], Any]
     precision: float
+    back: Callable[[Any], np.ndarray] = np.asarray
+    needs: str = "numpy"
 
     @contextmanager
     def active(self) -> Iterator[None]:
-        """float64 in JAX only while a test runs, never by a global switch."""
+        """Skips without the library or its GPU; float64 in JAX only while a test runs, never by a global switch."""
+        module = pytest.importorskip(self.needs, reason=f"{self.needs} is not installed")
+        if self.needs == "cupy" and not module.is_available():
+            pytest.skip("cupy finds no GPU")
         if self.name == "jax-float64":
             import jax
 
@@ -49,6 +55,30 @@ def _jax(dtype: str) -> Callable[[Any], Any]:
     return make
 
 
+def _torch(dtype: str) -> Callable[[Any], Any]:
+    def make(values: Any) -> Any:
+        import torch
+
+        return torch.asarray(np.asarray(values, dtype=dtype))
+
+    return make
+
+
+def _cupy(values: Any) -> Any:
+    import cupy
+
+    return cupy.asarray(np.asarray(values, dtype=np.float64))
+
+
+def _drjit(tensor: str) -> Callable[[Any], Any]:
+    def make(values: Any) -> Any:
+        import drjit.scalar
+
+        return getattr(drjit.scalar, tensor)(np.asarray(values))
+
+    return make
+
+
 # 1e-12: double precision through some tens of operations. 2e-5: single precision through the same.
 LIBRARIES = (
     Library("numpy", lambda values: np.asarray(values, dtype=np.float64), 1e-12),
@@ -57,4 +87,9 @@ LIBRARIES = (
     Library("array-api-strict", _strict, 1e-12),
     Library("jax-float64", _jax("float64"), 1e-12),
     Library("jax-float32", _jax("float32"), 2e-5),
+    Library("torch-float64", _torch("float64"), 1e-12, needs="torch"),
+    Library("torch-float32", _torch("float32"), 2e-5, needs="torch"),
+    Library("cupy-float64", _cupy, 1e-12, back=lambda array: array.get(), needs="cupy"),
+    Library("drjit-scalar-float64", _drjit("TensorXf64"), 1e-12, needs="drjit"),
+    Library("drjit-scalar-float32", _drjit("TensorXf"), 2e-5, needs="drjit"),
 )

@@ -1,6 +1,7 @@
 """Which array library is this? The only file that knows their names."""
 
 import importlib
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,12 @@ def align(*values: Array) -> tuple[Any, tuple[Array, ...]]:
     outrank scalars: a float32 geometry stays float32 beside the float64 scalars that SciPy hands back.
     Values of two libraries other than NumPy raise TypeError.
     """
-    arrays = [v for v in values if is_array_api_obj(v)]
+    arrays = [v for v in values if is_array_api_obj(v) or _is_drjit(v)]
     foreign = [a for a in arrays if not isinstance(a, np.ndarray | np.generic)]
-    ranked = foreign or arrays
-    if not ranked:
-        ranked = [np.empty(0)]
+    if any(map(_is_drjit, foreign)):
+        shim = _DrJit(*foreign)
+        return shim, tuple(shim.asarray(v) for v in values)
+    ranked = foreign or arrays or [np.empty(0)]
     xp = array_namespace(*ranked)
     floating = [a for a in ranked if xp.isdtype(a.dtype, "real floating")]
     deciding = [a for a in floating if a.ndim > 0] or floating
@@ -38,7 +40,17 @@ def align(*values: Array) -> tuple[Any, tuple[Array, ...]]:
 
 def namespace(array: Array) -> Any:
     """The array-API namespace of `array`, NumPy's for a Python number."""
-    return align(array)[0] if not is_array_api_obj(array) else array_namespace(array)
+    if is_array_api_obj(array):
+        return array_namespace(array)
+    return align(array)[0]
+
+
+def constants(values: Any, like: Array) -> Array:
+    """Numbers as an array in the library, floating dtype and device of the array `like`."""
+    xp = namespace(like)
+    if _is_drjit(like):
+        return xp.asarray(values)
+    return xp.asarray(values, dtype=like.dtype, device=device(like))
 
 
 def is_traced_never(array: Array) -> bool:
@@ -46,17 +58,73 @@ def is_traced_never(array: Array) -> bool:
     return isinstance(array, np.ndarray)
 
 
-def special(name: str, value: Array) -> Array:
-    """A special function by SciPy's name (erf, erfc, gammaln), in the array library of `value`.
+_SPECIAL = {"jax": "jax.scipy.special", "torch": "torch.special", "cupy": "cupyx.scipy.special"}
 
-    The standard has none: JAX and PyTorch bring their own, which trace and differentiate; any other library goes
-    through SciPy and back.
+
+def special(name: str, value: Array) -> Array:
+    """A special function by SciPy's name (erf, erfc, erfinv, gammaln), in the array library of `value`.
+
+    The standard has none: JAX, PyTorch, CuPy and Dr.Jit's compilers bring their own, which stay on the device and
+    differentiate; any other library goes through SciPy and back.
     """
     xp = namespace(value)
-    library = xp.__name__.split(".")[0]
-    if library == "jax":
-        return getattr(importlib.import_module("jax.scipy.special"), name)(value)
-    if "torch" in xp.__name__:
-        return getattr(importlib.import_module("torch.special"), name)(value)
-    computed = getattr(importlib.import_module("scipy.special"), name)(np.asarray(value))
-    return xp.asarray(computed, dtype=value.dtype)
+    if isinstance(xp, _DrJit) and xp.traces:
+        return getattr(xp, name)(value)
+    module = next((m for library, m in _SPECIAL.items() if library in xp.__name__), None)
+    if module:
+        return getattr(importlib.import_module(module), name)(value)
+    return constants(getattr(importlib.import_module("scipy.special"), name)(np.asarray(value)), value)
+
+
+def _is_drjit(value: Any) -> bool:
+    return type(value).__module__.startswith("drjit.")
+
+
+class _DrJit:
+    """Dr.Jit by the names of the standard that the physics uses: it has no namespace and no dtypes of its own.
+
+    Its tensors without dimensions cannot be indexed, so a scalar has one element here. Its scalar backend neither
+    traces nor differentiates and fails in functions such as asinh where all elements take one branch (1.5.0): NumPy
+    computes functions for it. LLVM 15 below its compiler aborts in atan2.
+    """
+
+    __name__ = "drjit"
+
+    def __init__(self, *arrays: Array) -> None:
+        if not all(map(_is_drjit, arrays)):
+            raise TypeError("values of Dr.Jit and of another array library")
+        self.dr: Any = importlib.import_module("drjit")
+        widest = self.dr.expr_t(*(self.dr.tensor_t(type(a)) for a in [a for a in arrays if a.shape] or arrays))
+        self.tensor = widest if self.dr.is_float_v(widest) else self.dr.float64_array_t(widest)
+        self.traces = self.dr.is_jit_v(widest)
+
+    def asarray(self, values: Any) -> Array:
+        array = self.tensor(values)
+        return array if array.shape else self.tensor(array.array)
+
+    def where(self, condition: Array, x: Array, y: Array) -> Array:
+        return self.dr.select(condition, x, y)
+
+    def stack(self, arrays: Sequence[Array], axis: int) -> Array:
+        """Along a new axis, which is counted from the end."""
+        behind = -1 - axis
+        place = self.asarray(range(len(arrays)))[(..., *[None] * behind)]
+        parts = [array[(..., None, *[slice(None)] * behind)] for array in arrays]
+        stacked = parts[0]
+        for k, part in enumerate(parts[1:], start=1):
+            stacked = self.where(place == k, part, stacked)
+        return stacked
+
+    def __getattr__(self, name: str) -> Callable[..., Array]:
+        """The sum, elementary and special functions; most are called as in the standard or in SciPy."""
+        if not self.traces:
+            numpy = array_namespace(np.empty(0))
+            return lambda *x, **options: self.asarray(getattr(numpy, name)(*map(np.asarray, x), **options))
+        dr = self.dr
+        own = {
+            "expm1": lambda x: 2 * dr.sinh(x / 2) * dr.exp(x / 2),
+            "log1p": lambda x: 2 * dr.asinh(x / (2 * dr.sqrt(1 + x))),
+            "erfc": lambda x: 1 - dr.erf(x),
+            "gammaln": dr.lgamma,
+        }
+        return own.get(name) or getattr(dr, name)

@@ -83,7 +83,7 @@ class Geometry(Directions):
     @cached_property
     def cos_alpha(self) -> Array:
         """Cosine of the facet's tilt."""
-        return (self.z_i + self.z_r) / _root(self._sum_squared)
+        return _above_zero(self.z_i + self.z_r, 2 * GRAZING) / _root(self._sum_squared)
 
     @cached_property
     def slope_x(self) -> Array:

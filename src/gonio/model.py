@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Annotated, Any, Generic, NamedTuple, Protocol, TypeVar, get_args, get_origin, get_type_hints
 
-from gonio.arrays import Array, align, is_traced_never, namespace
+from gonio.arrays import Array, align, constants, is_traced_never
 from gonio.geometry import Geometry
 
 Term = Callable[..., Array]
@@ -209,9 +209,7 @@ def declarations(term: Term) -> dict[str, Parameter]:
 
 def depolarising(f: Array) -> Array:
     """Mueller matrix (..., 4, 4) of light that leaves unpolarised: `f` in element 00, zero elsewhere."""
-    xp = namespace(f)
-    corner = xp.asarray([[1.0] + [0.0] * 3] + [[0.0] * 4] * 3, dtype=f.dtype)
-    return f[..., None, None] * corner
+    return f[..., None, None] * constants([[1.0] + [0.0] * 3] + [[0.0] * 4] * 3, f)
 
 
 @functools.cache

@@ -2,7 +2,9 @@
 
 import functools
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +33,14 @@ def alone(model: Model, weight: str, geometry: Geometry) -> np.ndarray:
     return model(geometry, {weight: 1.0})
 
 
+def values_and_matrices(model: Model, geometry: Geometry, shape: dict[str, Any]) -> dict[str, Any]:
+    """Every term, and its Mueller matrix where the model has one."""
+    found = model.basis(geometry, shape)
+    if model.polarised:
+        found |= {f"{weight} matrix": matrix for weight, matrix in model.mueller_basis(geometry, shape).items()}
+    return found
+
+
 def shape_values(draw: st.DrawFn, model: Model) -> dict[str, float]:
     return {name: draw(st.floats(p.lower, p.upper)) for name, p in model.shape.items()}
 
@@ -48,14 +58,15 @@ azimuth = st.floats(0, 360)
 @every_model
 @every_library
 def test_libraries_agree(model, library):
-    """All array libraries give NumPy's double-precision values."""
+    """All array libraries give NumPy's double-precision values, with one parameter a direction or the defaults."""
     angles = directions()
-    expected = model.basis(Geometry.from_degrees(*angles), {})
+    expected = values_and_matrices(model, Geometry.from_degrees(*angles), {})
     with library.active():
-        found = model.basis(Geometry.from_degrees(*(library.array(a) for a in angles)), {})
+        shape = {name: library.array(np.full(200, p.default)) for name, p in list(model.shape.items())[:1]}
+        found = values_and_matrices(model, Geometry.from_degrees(*(library.array(a) for a in angles)), shape)
         for weight, value in found.items():
             np.testing.assert_allclose(
-                np.asarray(value),
+                library.back(value),
                 expected[weight],
                 rtol=library.precision * 50 if "32" in library.name else library.precision * 10,
                 atol=library.precision * max(float(np.max(expected[weight])), 1),
@@ -70,25 +81,49 @@ def test_float32_stays_float32(model):
     assert all(value.dtype == np.float32 for value in model.basis(geometry, shape).values())
 
 
+# normal incidence, mirror direction, retro, nearly grazing, and somewhere in between
+POLES = np.array([[0.0, 40.0, 40.0, 89.9, 30.0], [0.0, 40.0, 40.0, 89.9, 55.0], [180.0, 180.0, 0.0, 180.0, 120.0]])
+
+
+def sum_of_terms(model: Model) -> Callable[..., Any]:
+    """The BRDF of unit weights as a function of the vector of shape parameters and three angles [deg]."""
+
+    def brdf(vector, *angles):
+        basis = model.basis(Geometry.from_degrees(*angles), dict(zip(model.shape, vector, strict=True)))
+        return sum(basis.values())
+
+    return brdf
+
+
+def assert_slopes(model: Model, slopes: np.ndarray) -> None:
+    """Derivatives by the shape parameters at the poles are finite and equal to finite differences."""
+    brdf = sum_of_terms(model)
+    defaults = np.array([p.default for p in model.shape.values()])
+    expected = brdf(defaults, *POLES)
+    assert np.isfinite(slopes).all()
+    for k in range(len(defaults)):
+        size = max(abs(defaults[k]), 1e-2)
+        step = 1e-6 * size
+        ahead, behind = defaults.copy(), defaults.copy()
+        ahead[k] += step
+        behind[k] -= step
+        difference = (brdf(ahead, *POLES) - brdf(behind, *POLES)) / (2 * step)
+        # a central difference keeps about ten digits of the value over the step
+        scale = np.abs(expected) / size
+        np.testing.assert_allclose(slopes[:, k], difference, rtol=1e-6, atol=1e-8 * float(scale.max()))
+
+
 @every_model
 def test_compiles_maps_and_differentiates(model):
     """jit, vmap over parameters and forward derivatives agree with NumPy and finite differences, poles included."""
     import jax
     import jax.numpy as jnp
 
-    # normal incidence, mirror direction, retro, nearly grazing, and somewhere in between
-    theta_i = np.array([0.0, 40.0, 40.0, 89.9, 30.0])
-    theta_r = np.array([0.0, 40.0, 40.0, 89.9, 55.0])
-    phi = np.array([180.0, 180.0, 0.0, 180.0, 120.0])
+    brdf = sum_of_terms(model)
     defaults = np.array([p.default for p in model.shape.values()])
-
-    def brdf(vector, *angles):
-        basis = model.basis(Geometry.from_degrees(*angles), dict(zip(model.shape, vector, strict=True)))
-        return sum(basis.values())
-
-    expected = brdf(defaults, theta_i, theta_r, phi)
+    expected = brdf(defaults, *POLES)
     with jax.enable_x64(True):
-        angles = [jnp.asarray(a) for a in (theta_i, theta_r, phi)]
+        angles = [jnp.asarray(a) for a in POLES]
         vector = jnp.asarray(defaults)
         np.testing.assert_allclose(jax.jit(brdf)(vector, *angles), expected, rtol=1e-12)
         if not model.shape:
@@ -97,18 +132,20 @@ def test_compiles_maps_and_differentiates(model):
         np.testing.assert_allclose(several[0], expected, rtol=1e-12)
         slopes = np.asarray(jax.jacfwd(brdf)(vector, *angles))
         by_angle = [np.asarray(jax.jacfwd(brdf, argnums=k + 1)(vector, *angles)) for k in range(3)]
-    assert np.isfinite(slopes).all()
     assert all(np.isfinite(slope).all() for slope in by_angle)
-    for k in range(len(defaults)):
-        size = max(abs(defaults[k]), 1e-2)
-        step = 1e-6 * size
-        ahead, behind = defaults.copy(), defaults.copy()
-        ahead[k] += step
-        behind[k] -= step
-        difference = (brdf(ahead, theta_i, theta_r, phi) - brdf(behind, theta_i, theta_r, phi)) / (2 * step)
-        # a central difference keeps about ten digits of the value over the step
-        scale = np.abs(expected) / size
-        np.testing.assert_allclose(slopes[:, k], difference, rtol=1e-6, atol=1e-8 * float(scale.max()))
+    assert_slopes(model, slopes)
+
+
+@every_model
+def test_torch_differentiates(model):
+    """PyTorch's reverse derivatives equal finite differences too, and are finite by the angles, poles included."""
+    torch = pytest.importorskip("torch", reason="torch is not installed")
+    defaults = [p.default for p in model.shape.values()]
+    vector = torch.asarray(defaults, dtype=torch.float64)
+    angles = [torch.asarray(a) for a in POLES]
+    by_vector, *by_angle = torch.func.jacrev(sum_of_terms(model), argnums=(0, 1, 2, 3))(vector, *angles)
+    assert all(slope.isfinite().all() for slope in by_angle)
+    assert_slopes(model, by_vector.numpy())
 
 
 @settings(deadline=None, max_examples=200)

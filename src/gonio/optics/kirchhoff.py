@@ -6,7 +6,7 @@ The specular delta, which keeps exp(-g) of the light, is part of no function her
 import math
 from typing import Annotated
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import Array, constants, namespace
 from gonio.geometry import Geometry
 from gonio.model import Parameter
 
@@ -14,7 +14,8 @@ Wavelength = Annotated[float, Parameter(0.6328, 0.1, 20.0, "wavelength", "um")]
 CorrelationLength = Annotated[float, Parameter(2.0, 0.1, 100.0, "1/e length of the height autocorrelation", "um")]
 
 _ROUGH = 40.0  # g from which the terms of the series are sampled
-_LOG_FACTORIALS = [math.lgamma(m + 1.0) for m in range(1, 129)]
+_INTEGERS = [float(m) for m in range(1, 129)]
+_LOG_FACTORIALS = [math.lgamma(m + 1.0) for m in _INTEGERS]
 _SPREAD = [-6.0 + 20.0 * k / 127 for k in range(128)]  # reaches from term 2 to term 128 at g = 40
 _STEP = 20.0 / 127
 
@@ -50,11 +51,10 @@ def _poisson_mean(variance: Array, tail: Array) -> Array:
     """
     xp = namespace(variance)
     v, t = variance[..., None], tail[..., None]
-    log_factorials = xp.asarray(_LOG_FACTORIALS, dtype=variance.dtype)
-    integers = xp.arange(1, 129, dtype=variance.dtype)
+    integers, log_factorials = constants(_INTEGERS, variance), constants(_LOG_FACTORIALS, variance)
     rough = v > _ROUGH
     wide = xp.where(rough, v, _ROUGH)
-    m = wide + xp.sqrt(wide) * xp.asarray(_SPREAD, dtype=variance.dtype)
+    m = wide + xp.sqrt(wide) * constants(_SPREAD, variance)
     stirling = m - wide + m * xp.log(wide / m) - xp.log(2 * math.pi * m) / 2 - 1 / (12 * m) + 1 / (360 * m**3)
     exact = integers * xp.log(v) - v - log_factorials
     order = xp.where(rough, m, integers)

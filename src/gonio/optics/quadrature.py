@@ -4,14 +4,13 @@ import functools
 
 import numpy as np
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import Array, constants
 
 
 def unit_interval(count: int, like: Array) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on 0..1, in the array library and dtype of `like`."""
-    xp = namespace(like)
+    """Gauss-Legendre nodes and weights on 0..1, in the array library, dtype and device of `like`."""
     nodes, weights = _gauss_legendre(count)
-    return xp.asarray((nodes + 1) / 2, dtype=like.dtype), xp.asarray(weights / 2, dtype=like.dtype)
+    return constants((nodes + 1) / 2, like), constants(weights / 2, like)
 
 
 @functools.cache

@@ -65,12 +65,15 @@ def energy(brdf: Brdf, unit: str, theta_i: Sequence[float] | None = None) -> Ver
 def hemispherical_reflectance(brdf: Brdf, theta_i: float, nodes: int = 200) -> float:
     """Directional-hemispherical reflectance at theta_i [deg]: the integral of f cos(theta_r) over the hemisphere.
 
-    Gauss-Legendre quadrature in theta_r and phi; for lobes no narrower than a slope of 0.02 it is good to 1e-5. In the
-    unit of f times sr: at most 1 for a passive surface where f is in 1/sr, arbitrary for relative data.
+    Gauss-Legendre quadrature in theta_r and in both halves of phi, dense about the plane of incidence; for lobes no
+    narrower than a slope of 0.02 it is good to 1e-5 up to 75 deg. In the unit of f times sr: at most 1 for a passive
+    surface where f is in 1/sr, arbitrary for relative data.
     """
     x, w = np.polynomial.legendre.leggauss(nodes)
-    theta_r, phi = np.meshgrid(45 * (x + 1), 180 * (x + 1), indexing="ij")
-    weights = np.outer(w, w) * (math.pi / 4) * math.pi
+    half, v = np.polynomial.legendre.leggauss(nodes // 2)
+    azimuths = np.concatenate([90 * (half + 1), 90 * (half + 1) + 180])
+    theta_r, phi = np.meshgrid(45 * (x + 1), azimuths, indexing="ij")
+    weights = np.outer(w, np.tile(v, 2)) * (math.pi / 4) * (math.pi / 2)
     f = np.asarray(brdf(Geometry.from_degrees(np.full_like(theta_r, theta_i), theta_r, phi)))
     r = np.radians(theta_r)
     return float(np.sum(weights * f * np.cos(r) * np.sin(r)))

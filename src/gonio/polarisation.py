@@ -76,9 +76,10 @@ def emissivity(model: Model, values: Mapping[str, float], theta_r: float) -> Val
 def _arriving(model: Model, values: Mapping[str, float], theta_r: float, nodes: int) -> Values:
     """Stokes vector that leaves towards theta_r under an unpolarised hemisphere of unit radiance."""
     x, w = np.polynomial.legendre.leggauss(nodes)
-    theta_i, phi = np.meshgrid(45 * (x + 1), 180 * (x + 1), indexing="ij")
+    half, v = np.polynomial.legendre.leggauss(nodes // 2)
+    theta_i, phi = np.meshgrid(45 * (x + 1), np.concatenate([90 * (half + 1), 90 * (half + 1) + 180]), indexing="ij")
     i = np.radians(theta_i)
-    weights = np.outer(w, w) * (math.pi / 4) * math.pi * np.cos(i) * np.sin(i)
+    weights = np.outer(w, np.tile(v, 2)) * (math.pi / 4) * (math.pi / 2) * np.cos(i) * np.sin(i)
     matrices = np.asarray(model.mueller(Geometry.from_degrees(theta_i, np.full_like(theta_i, theta_r), phi), values))
     arriving: Values = np.einsum("tp,tpj->j", weights, matrices[..., 0])
     return arriving

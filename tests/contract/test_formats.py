@@ -7,8 +7,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gonio import read, write
+from gonio.files import FormatError
 from gonio.measured.dataset import flatten, make_scan
-from gonio.measured.format import FormatError
 from gonio.measured.formats import formats, recognise
 
 WRITABLE = [f for f in formats().values() if f.write]

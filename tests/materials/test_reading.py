@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gonio.files import FormatError
 from gonio.materials import constants, material
 from gonio.materials.material import Material
 from gonio.materials.reading import LARGEST_FILE, read_material
-from gonio.files import FormatError
 
 PAGE = """\
 # a page of own numbers

@@ -16,12 +16,14 @@ from gonio.models.publications import load
 from gonio.optics.fresnel import unpolarised, with_fresnel
 from gonio.optics.lorentz import hemispherical_integral
 from gonio.optics.masking import v_groove
+from gonio.optics.wu import shadowing as wu_shadowing
 from gonio.plausibility import hemispherical_reflectance
 
 # Every TOML file of this folder may hold [[term]] rows (model, weight, shape) and [[whole]] rows (model, values_set),
-# with their values over the common directions.
+# with their values over the common directions, and [[furnace]] rows with directional-hemispherical reflectances.
 FILES = [tomllib.loads(p.read_text(encoding="utf-8")) for p in sorted(Path(__file__).parent.glob("*.toml"))]
 TERMS = [row for file in FILES for row in file.get("term", [])]
+FURNACES = [row for file in FILES for row in file.get("furnace", [])]
 WHOLES = [row for file in FILES for row in file.get("whole", [])]
 TABLE = tomllib.loads(Path(__file__).with_name("formulas.toml").read_text(encoding="utf-8"))
 PLACES = np.array(TABLE["directions"], dtype=float).T
@@ -57,7 +59,7 @@ def test_fresnel_and_masking():
     for row in TABLE["fresnel"]:
         agrees(unpolarised(GEOMETRY.cos_beta, row["n"], row["k"]), row["values"])
     for row in TABLE["masking"]:
-        agrees(v_groove(GEOMETRY), row["values"])
+        agrees({"v_groove": v_groove, "wu_shadowing": wu_shadowing}[row["function"]](GEOMETRY), row["values"])
     for row in TABLE["reflectance"]:
         found = unpolarised(np.cos(np.radians(row["at"])), row["n"], row["k"])
         np.testing.assert_allclose(found, row["values"], rtol=0, atol=0.5 * 10 ** -row["digits"])
@@ -91,11 +93,11 @@ def test_hemispherical_integral_by_brute_force():
         np.testing.assert_allclose(hemispherical_integral(gamma), dense, rtol=1e-8)
 
 
-def test_facets_reflect_what_arrives():
-    row = TABLE["facets"]
-    model = catalogue["torrance-sparrow"]
+@pytest.mark.parametrize("row", FURNACES, ids=lambda row: row["what"])
+def test_hemispherical_reflectances(row):
+    model = catalogue[row["model"]]
     for theta_i, expected in zip(row["at"], row["values"], strict=True):
-        found = hemispherical_reflectance(lambda g: model(g, {"ks": 1.0, "sigma": row["sigma"]}), theta_i)
+        found = hemispherical_reflectance(functools.partial(_evaluate, model, row["values_set"]), theta_i, nodes=400)
         assert found == pytest.approx(expected, abs=0.5 * 10 ** -row["digits"] + 1e-4)
 
 

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.special import erfc, gammaln
+from scipy.special import erfc, gammaln, i0e
 
 from gonio import Geometry, catalogue
+from gonio.models.harvey2007 import _bessel, renormalisation
 from gonio.models.he1991 import _apparent_height
 from gonio.optics.facets import beckmann_slopes
 from gonio.optics.kirchhoff import diffracted, kirchhoff_obliquity, phase_variance, shift_squared
@@ -112,3 +113,56 @@ def test_energy_of_he_torrance_on_aluminium():
     mirror = 0.913946 * math.exp(-((4 * math.pi * 0.1 / WAVELENGTH) ** 2))
     assert diffuse == pytest.approx(0.896, abs=6e-4)
     assert mirror == pytest.approx(0.018, abs=6e-4)
+
+
+def test_modified_beckmann_kirchhoff_is_the_kernel_renormalised():
+    """Without its renormalisation it is the row of the specification, and only that breaks its reciprocity."""
+    g = anywhere()
+    shape = {"sigma": 0.05, "length": 2.0, "wavelength": WAVELENGTH, "index": 1.0, "extinction": 1e9}
+    found = catalogue["modified-beckmann-kirchhoff"](g, {"scale": 1.0, **shape})
+    gain = renormalisation(np.radians(g.theta_i_deg), *(np.asarray(v) for v in (0.05, 2.0, WAVELENGTH)))
+    np.testing.assert_allclose(
+        found / gain, catalogue["generalised-harvey-shack"](g, {"scale": 1.0, **shape}), rtol=1e-12
+    )
+    assert np.ptp(gain) > 0.01
+
+
+@pytest.mark.parametrize(
+    ("sigma", "length", "theta_i"),
+    [(0.002, 0.2, 30.0), (0.05, 2.0, 0.0), (0.05, 2.0, 70.0), (0.2, 0.1, 80.0), (0.3, 1.0, 40.0), (0.6, 3.0, 75.0)],
+)
+def test_renormalised_scatter_is_what_the_mirror_direction_loses(sigma, length, theta_i):
+    """Scattered light and exp(-g) in the mirror direction add up, by quadrature over both angles."""
+    values = {"scale": 1.0, "sigma": sigma, "length": length, "index": 1.0, "extinction": 1e9}
+    model = catalogue["modified-beckmann-kirchhoff"]
+    scattered = hemispherical_reflectance(lambda g: model(g, values), theta_i, nodes=300)
+    mirror = math.exp(-((4 * math.pi * sigma / WAVELENGTH * math.cos(math.radians(theta_i))) ** 2))
+    assert scattered + mirror == pytest.approx(1, abs=2e-6)
+
+
+def test_renormalisation_against_all_orders_on_a_dense_grid():
+    """From narrow to broad lobes and up to grazing; rougher surfaces are held to their energy above."""
+    random = np.random.default_rng(4)
+    for _ in range(12):
+        wavelength, theta = 10 ** random.uniform(-1, 1.3), math.radians(random.uniform(0, 89.5))
+        sigma, length = wavelength * 10 ** random.uniform(-3, -0.2), 10 ** random.uniform(-1, 2)
+        a, k = math.pi * length / wavelength, 2 * math.pi * sigma / wavelength
+        farthest = 8 * math.sqrt((2 * k) ** 2 + 12 * k + 8) / a
+        least, greatest = (math.asin(np.clip(math.sin(theta) + s * farthest, 0, 1)) for s in (-1, 1))
+        x, w = np.polynomial.legendre.leggauss(600)
+        theta_r = least + (greatest - least) * (x + 1) / 2
+        sin_r, cos_r = np.sin(theta_r), np.cos(theta_r)
+        shift = sin_r - math.sin(theta)
+        variance = (k * (math.cos(theta) + cos_r)) ** 2
+        m = np.arange(1, 300)[:, None]
+        orders = np.exp(m * np.log(variance) - variance - gammaln(m + 1) - np.log(m) - (a * shift) ** 2 / m)
+        density = 2 * a**2 * (orders * i0e(2 * a**2 * math.sin(theta) * sin_r / m)).sum(axis=0) * sin_r * cos_r
+        scattered = np.sum(w * density) * (greatest - least) / 2
+        lost = -math.expm1(-((2 * k * math.cos(theta)) ** 2))
+        found = renormalisation(*(np.asarray(v) for v in (theta, sigma, length, wavelength)))
+        assert found == pytest.approx(lost / scattered, rel=2e-6)
+
+
+def test_scaled_bessel_function():
+    x = np.concatenate([[0.0], np.geomspace(1e-6, 1e8, 2000)])
+    np.testing.assert_allclose(_bessel(x), i0e(x), rtol=1e-6)

@@ -5,19 +5,23 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.facets import cosine_power_normals
 from gonio.optics.fresnel import schlick
+from gonio.optics.sampling import COSINE, FacetNormals, draw_cosine_power
 
 Specular = Annotated[float, Parameter(0.5, 0.0, 1.0, "specular reflectance at normal incidence")]
 Exponent = Annotated[float, Parameter(50.0, 0.0, 100000.0, "exponent of the distribution of facet normals")]
 
 
+@drawn_by(FacetNormals(cosine_power_normals, draw_cosine_power, of=lambda n, **_: (n - 1,)))
 def fresnel_lobe(g: Geometry, rs: Specular, n: Exponent) -> PerSteradian:
     """Power of the facet tilt's cosine, times Schlick's reflectance (ashikhmin2000; formulas 7.4)."""
     larger = namespace(g.cos_i).where(g.cos_i > g.cos_r, g.cos_i, g.cos_r)
     return (n + 1) / (8 * math.pi) * g.cos_alpha**n * schlick(g.cos_beta, rs) / (g.cos_beta * larger)
 
 
+@drawn_by(COSINE)
 def coupled_diffuse(g: Geometry, rs: Specular) -> PerSteradian:
     """Diffuse reflection of the light that the specular lobe leaves (ashikhmin2000; formulas 7.4)."""
     return 28 / (23 * math.pi) * (1 - rs) * _left(g.cos_i) * _left(g.cos_r)

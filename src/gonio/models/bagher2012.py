@@ -60,4 +60,5 @@ sgd = Model(
     title="Shifted gamma distribution of facets",
     cite="bagher2012",
     terms={"rho_s": shifted_gamma_facets, "rho_d": lambertian},
+    violates={"energy": "masking is fitted apart from the distribution, and the lobe may reflect more than arrives"},
 )

@@ -32,4 +32,5 @@ beckmann_kirchhoff = Model(
     title="Beckmann-Kirchhoff, Gaussian heights",
     cite="beckmann1963",
     terms={"scale": scattered},
+    violates={"energy": "nothing is masked, so that rough surfaces near grazing reflect more than arrives"},
 )

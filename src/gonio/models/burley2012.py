@@ -3,9 +3,12 @@
 import math
 from typing import Annotated
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import Array
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter
+from gonio.model import Dimensionless, Model, Parameter, drawn_by
+from gonio.optics.facets import ggx_slopes, gtr_normals, reflected
+from gonio.optics.masking import ggx_lambda, smith_uncorrelated
+from gonio.optics.sampling import COSINE, Either, FacetNormals, VisibleGGX, draw_gtr
 
 Base = Annotated[float, Parameter(0.5, 0.0, 1.0, "linear base value")]
 Metallic = Annotated[float, Parameter(0.0, 0.0, 1.0, "from dielectric to metal")]
@@ -25,11 +28,6 @@ def _mix(a: Array, b: Array, t: Array) -> Array:
     return a + t * (b - a)
 
 
-def _masking(cos: Array, width: Array) -> Array:
-    """One direction's part of GGX masking over 2 cos, so that the product holds 1/(4 cos cos)."""
-    return 1 / (cos + namespace(cos).sqrt(width**2 + cos**2 - width**2 * cos**2))
-
-
 def _diffuse(g: Geometry, roughness: Array, subsurface: Array) -> Array:
     grazing_i, grazing_r, cos2 = _grazing(g.cos_i), _grazing(g.cos_r), g.cos_beta**2
     edge = 0.5 + 2 * cos2 * roughness
@@ -39,13 +37,18 @@ def _diffuse(g: Geometry, roughness: Array, subsurface: Array) -> Array:
     return _mix(plain, scattered, subsurface) / math.pi
 
 
-def _elliptical_ggx(g: Geometry, width: Array, anisotropic: Array) -> Array:
+def _masking(g: Geometry, width: Array) -> Array:
+    return smith_uncorrelated(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
+
+
+def _widths(roughness: Array, anisotropic: Array) -> tuple[Array, Array]:
     aspect = (1 - 0.9 * anisotropic) ** 0.5
-    along, across = width / aspect, width * aspect
-    slopes = (g.slope_x / along) ** 2 + (g.slope_y / across) ** 2
-    return 1 / (math.pi * along * across * g.cos_alpha**4 * (1 + slopes) ** 2)
+    return roughness**2 / aspect, roughness**2 * aspect
 
 
+@drawn_by(
+    Either(COSINE, VisibleGGX(ggx_slopes, of=lambda roughness, anisotropic, **_: _widths(roughness, anisotropic)), 0.5)
+)
 def principled(
     g: Geometry,
     base: Base,
@@ -58,22 +61,18 @@ def principled(
 ) -> Dimensionless:
     """Diffuse with retro-reflection, sheen, and a GGX highlight (burley2012, formulas 7.5)."""
     grazing = _grazing(g.cos_beta)
-    width = roughness**2
     normal = _mix(0.08 * specular, base, metallic)
-    highlight = _elliptical_ggx(g, width, anisotropic) * _mix(normal, 1.0, grazing)
+    highlight = reflected(g, ggx_slopes(g, *_widths(roughness, anisotropic)), _masking(g, roughness**2))
     body = base * _diffuse(g, roughness, subsurface) + sheen * grazing
-    return (1 - metallic) * body + highlight * _masking(g.cos_i, width) * _masking(g.cos_r, width)
+    return (1 - metallic) * body + _mix(normal, 1.0, grazing) * highlight
 
 
+@drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda gloss, **_: (_mix(0.1, 0.001, gloss), 1.0)))
 def clearcoat(g: Geometry, gloss: Gloss) -> Dimensionless:
     """A quarter of a second, GTR highlight of fixed index 1.5 (burley2012, formulas 7.5)."""
-    squared = _mix(0.1, 0.001, gloss) ** 2
-    xp = namespace(squared)
-    cos2 = g.cos_alpha**2
-    # 1 + (a^2 - 1) cos^2 in a form that keeps its digits where cos is 1 and a is a thousandth
-    normals = (squared - 1) / (math.pi * xp.log(squared) * (squared * cos2 + g.tan_alpha_squared * cos2))
+    normals = gtr_normals(g, _mix(0.1, 0.001, gloss), 1.0)
     fresnel = _mix(0.04, 1.0, _grazing(g.cos_beta))
-    return 0.25 * normals * fresnel * _masking(g.cos_i, 0.25) * _masking(g.cos_r, 0.25)
+    return 0.25 * fresnel * reflected(g, normals, _masking(g, 0.25))
 
 
 disney = Model(

@@ -5,14 +5,16 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.fresnel import Extinction, Index
 from gonio.optics.kirchhoff import Wavelength, shift_squared
+from gonio.optics.sampling import ShiftedPower
 
 Corner = Annotated[float, Parameter(2.0, 0.1, 1000.0, "length at which the height spectrum turns over (B)", "um")]
 Fall = Annotated[float, Parameter(2.5, 0.5, 6.0, "exponent of the two-dimensional height spectrum (C)")]
 
 
+@drawn_by(ShiftedPower(of=lambda B, C, wavelength, **_: ((B / wavelength) ** 2, C / 2)))
 def first_order_scatter(
     g: Geometry, B: Corner, C: Fall, index: Index, extinction: Extinction, wavelength: Wavelength
 ) -> PerSteradian:

@@ -5,21 +5,27 @@ from typing import Annotated
 
 from gonio.arrays import Array
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerDegree, PerSteradian
+from gonio.model import Model, Parameter, PerDegree, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian, uniform
 from gonio.optics.facets import gaussian_facets
 from gonio.optics.lorentz import hemispherical_integral
+from gonio.optics.sampling import PolarLobe, draw_lorentz_angle, lorentz_angle
+from gonio.units import to_radians
 
 HalfWidth = Annotated[
     float, Parameter(45.0, 1.0, 720.0, "half width at half maximum of the directional-diffuse lobe", "deg")
 ]
 
+LORENTZ = PolarLobe(draw_lorentz_angle, lorentz_angle, of=lambda gamma, **_: (to_radians(gamma),))
 
+
+@drawn_by(LORENTZ)
 def lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerDegree:
     """Multiple reflections: a Cauchy-Lorentz lobe about the surface normal, angles in degrees (eq 7)."""
     return gamma / (math.pi * (g.theta_r_deg**2 + gamma**2))
 
 
+@drawn_by(LORENTZ)
 def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
     """The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5)."""
     product = _lorentz(g.theta_i_deg, gamma) * _lorentz(g.theta_r_deg, gamma)

@@ -41,4 +41,5 @@ hapke = Model(
     title="Hapke's particulate surface, smooth",
     cite="hapke1981",
     terms={"scale": particulate},
+    violates={"energy": "white particles with a backward lobe or a surge return more than arrives: nothing balances"},
 )

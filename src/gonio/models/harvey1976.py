@@ -3,13 +3,15 @@
 from typing import Annotated
 
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter
+from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics.kirchhoff import shift_squared
+from gonio.optics.sampling import ShiftedPower
 
 Shoulder = Annotated[float, Parameter(0.05, 1e-4, 1.0, "shoulder of the lobe, in direction cosines")]
 Slope = Annotated[float, Parameter(-1.5, -6.0, 0.0, "slope of the wing on logarithmic axes")]
 
 
+@drawn_by(ShiftedPower(of=lambda L, S, **_: (1 / L**2, -S / 2)))
 def shoulder_and_wing(g: Geometry, L: Shoulder, S: Slope) -> Dimensionless:
     """Flat within the shoulder, a power beyond it; the weight is the peak (harvey1976; formulas 7.9)."""
     return (1 + shift_squared(g) / L**2) ** (S / 2)

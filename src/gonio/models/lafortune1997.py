@@ -5,8 +5,9 @@ from typing import Annotated
 
 from gonio.arrays import namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.sampling import CosineLobe
 
 # Only the ratio of the paper's two coefficients is left once the lobe is normalised; two would not be identifiable.
 Ratio = Annotated[
@@ -15,6 +16,7 @@ Ratio = Annotated[
 Exponent = Annotated[float, Parameter(10.0, 1.0, 1000.0, "exponent of the lobe")]
 
 
+@drawn_by(CosineLobe(of=lambda c, n, **_: (n, c)))
 def generalised_cosine(g: Geometry, c: Ratio, n: Exponent) -> PerSteradian:
     """Cosine lobe of unit peak coefficient, normalised (lafortune1997; formulas 7.3)."""
     xp = namespace(g.z_i)

@@ -3,13 +3,15 @@
 from typing import Annotated
 
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter
+from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics.diffuse import uniform
 from gonio.optics.facets import gaussian_facets
+from gonio.optics.sampling import CosineLobe
 
 Exponent = Annotated[float, Parameter(2.0, 0.0, 1000.0, "exponent of the directional-diffuse lobe")]
 
 
+@drawn_by(CosineLobe(of=lambda n, **_: (n + 1, 0.0)))
 def cosine_power(g: Geometry, n: Exponent) -> Dimensionless:
     """Multiple reflections: the n-th power of cos theta_r (guo2023, eq 6)."""
     return g.cos_r**n

@@ -5,11 +5,12 @@ from typing import Annotated
 
 from gonio.arrays import namespace
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter
+from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.kirchhoff import shift_squared
 from gonio.optics.masking import v_groove
+from gonio.optics.sampling import FacetNormals, ShiftedPower, draw_power, power_normals
 
 Sharpness = Annotated[float, Parameter(100.0, 0.0, 1e6, "sharpness of the lobe (B)")]
 Fall = Annotated[float, Parameter(1.2, 0.0, 5.0, "exponent of the wing (C)")]
@@ -17,6 +18,7 @@ Fall = Annotated[float, Parameter(1.2, 0.0, 5.0, "exponent of the wing (C)")]
 _UNBOUNDED = {"energy": "A is the height of the lobe, and nothing bounds the light below it"}
 
 
+@drawn_by(FacetNormals(power_normals, draw_power, of=lambda B, C, **_: (B, C)))
 def facet_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Extinction) -> Dimensionless:
     """ABC distribution of the facets' tilt, with the 1/pi of the published fits (low2012, eq 15; formulas 7.16)."""
     tilt = g.tan_alpha_squared * g.cos_alpha**2 / (1 + g.cos_alpha)  # 1 - cos alpha with all its digits
@@ -24,6 +26,7 @@ def facet_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Ext
     return facets * (1 + B * tilt) ** -C
 
 
+@drawn_by(ShiftedPower(of=lambda B, C, **_: (B, C)))
 def smooth_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Extinction) -> Dimensionless:
     """ABC spectrum of a smooth surface: Rayleigh and Rice's scatter, simplified (low2012; formulas 7.16)."""
     x, y = g.x_i - g.x_r, g.y_i - g.y_r

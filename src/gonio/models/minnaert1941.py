@@ -4,13 +4,15 @@ import math
 from typing import Annotated
 
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.sampling import CosineLobe
 
 Darkening = Annotated[
     float, Parameter(0.8, 0.0, 2.0, "limb-darkening exponent: 1 is Lambertian, less is brighter rims")
 ]
 
 
+@drawn_by(CosineLobe(of=lambda k, **_: (k, 0.0)))
 def limb_darkening(g: Geometry, k: Darkening) -> PerSteradian:
     """Power of the product of both cosines, of unit reflectance at normal incidence (minnaert1941; formulas 7.10)."""
     return (k + 1) / (2 * math.pi) * (g.cos_i * g.cos_r) ** (k - 1)

@@ -5,14 +5,17 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.sampling import COSINE
 from gonio.units import to_radians
 
 FacetReflectance = Annotated[float, Parameter(0.8, 0.0, 1.0, "reflectance of the facets")]
 # above 0.65 the formula turns negative near grazing where the facets are dark
 SlopeAngle = Annotated[float, Parameter(0.5, 0.0, 0.65, "standard deviation of the facets' slope angle", "rad")]
+SmallSlopeAngle = Annotated[float, Parameter(0.3, 0.0, 0.65, "standard deviation of the facets' slope angle", "rad")]
 
 
+@drawn_by(COSINE)
 def rough_diffuse(g: Geometry, rho: FacetReflectance, s: SlopeAngle) -> PerSteradian:
     """Lambertian facets in V-grooves, with masking and two reflections: full form (oren1994; formulas 7.2)."""
     xp = namespace(g.z_i)
@@ -35,6 +38,20 @@ def rough_diffuse(g: Geometry, rho: FacetReflectance, s: SlopeAngle) -> PerStera
     return rho / math.pi * (direct + backscatter + sideways + twice)
 
 
+@drawn_by(COSINE)
+def rough_diffuse_qualitative(g: Geometry, s: SmallSlopeAngle) -> PerSteradian:
+    """Oren and Nayar's simpler form, without the facets' second reflections (oren1994; formulas 7.2).
+
+    The sine of the larger angle times the tangent of the smaller needs no angles: it is over the larger cosine.
+    """
+    xp = namespace(g.z_i)
+    along = g.x_i * g.x_r + g.y_i * g.y_r
+    backscatter = xp.where(along < 0, 0.0, along) / xp.where(g.cos_i > g.cos_r, g.cos_i, g.cos_r)
+    variance = s**2
+    direct = 1 - 0.5 * variance / (variance + 0.33)
+    return (direct + 0.45 * variance / (variance + 0.09) * backscatter) / math.pi
+
+
 def _cos_azimuth(g: Geometry, sines: Array) -> Array:
     """Cosine of the azimuth between the directions; 0 at the pole, where no azimuth exists and none matters."""
     xp = namespace(sines)
@@ -50,4 +67,13 @@ oren_nayar = Model(
     title="Oren and Nayar's rough diffuse, full form",
     cite="oren1994",
     terms={"scale": rough_diffuse},
+    violates={"energy": "rough and white, it returns a few per cent more than arrives near grazing"},
+)
+
+oren_nayar_qualitative = Model(
+    name="oren-nayar-qualitative",
+    title="Oren and Nayar's rough diffuse, simpler",
+    cite="oren1994",
+    terms={"rho": rough_diffuse_qualitative},
+    violates={"energy": "white and little rough, it returns a per cent more than arrives near grazing"},
 )

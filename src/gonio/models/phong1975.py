@@ -5,12 +5,16 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter, PerSteradian
+from gonio.model import Dimensionless, Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.facets import cosine_power_normals, reflected
 from gonio.optics.masking import v_groove
+from gonio.optics.sampling import COSINE, CosineLobe, Either, FacetNormals, draw_cosine_power
 
 Shininess = Annotated[float, Parameter(20.0, 0.0, 1e4, "exponent of the lobe")]
+
+# The floor of the cosine lights the whole hemisphere where the exponent is near 0: a little of COSINE covers it.
+MIRRORED = Either(COSINE, CosineLobe(of=lambda n, **_: (n, -1.0)), 0.05)
 
 
 def _mirrored(g: Geometry) -> Array:
@@ -20,11 +24,13 @@ def _mirrored(g: Geometry) -> Array:
     return namespace(cos).where(cos < 1e-30, 1e-30, cos)
 
 
+@drawn_by(MIRRORED)
 def phong_shading(g: Geometry, n: Shininess) -> Dimensionless:
     """Shading of 1975 as a BRDF: a cosine power about the mirror direction over cos theta_i (phong1975)."""
     return _mirrored(g) ** n / g.cos_i
 
 
+@drawn_by(MIRRORED)
 def normalised_phong(g: Geometry, n: Shininess) -> PerSteradian:
     """The same lobe without the cosine, of unit reflectance at normal incidence (lewis1994)."""
     return (n + 2) / (2 * math.pi) * _mirrored(g) ** n
@@ -49,6 +55,7 @@ modified_phong = Model(
 )
 
 
+@drawn_by(FacetNormals(cosine_power_normals, draw_cosine_power, of=lambda n, **_: (n,)))
 def blinn_facets(g: Geometry, n: Shininess) -> PerSteradian:
     """Facets whose normals follow a power of the cosine, in V-grooves (blinn1977)."""
     return reflected(g, cosine_power_normals(g, n), v_groove(g))

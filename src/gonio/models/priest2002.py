@@ -2,11 +2,14 @@
 
 from gonio.arrays import Array
 from gonio.geometry import Geometry
-from gonio.model import Model, MuellerPerSteradian, PerSteradian
+from gonio.model import Model, MuellerPerSteradian, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.facets import Slope, gaussian_slopes, reflected
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.mueller import reflection
+from gonio.optics.sampling import FacetNormals, draw_gaussian
+
+NORMALS = FacetNormals(gaussian_slopes, draw_gaussian, of=lambda sigma, **_: (sigma,))
 
 
 def unmasked(g: Geometry, sigma: Array) -> Array:
@@ -14,11 +17,13 @@ def unmasked(g: Geometry, sigma: Array) -> Array:
     return reflected(g, gaussian_slopes(g, sigma), 1.0)
 
 
+@drawn_by(NORMALS)
 def unmasked_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> PerSteradian:
     """Gaussian facets and Fresnel, nothing masked (priest2002)."""
     return unpolarised(g.cos_beta, index, extinction) * unmasked(g, sigma)
 
 
+@drawn_by(NORMALS)
 def polarising_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> MuellerPerSteradian:
     """The Mueller matrix of the same: Gaussian facets, nothing masked, nothing depolarised (priest2002)."""
     return unmasked(g, sigma)[..., None, None] * reflection(g, index, extinction)
@@ -31,6 +36,7 @@ priest = Model(
     title="Gaussian facets, Fresnel, no masking",
     cite="priest2002",
     terms={"ks": unmasked_facets, "kd": lambertian},
+    violates=UNMASKED,
 )
 
 priest_mueller = Model(
@@ -38,4 +44,5 @@ priest_mueller = Model(
     title="Polarimetric Gaussian facets, no masking",
     cite="priest2002",
     terms={"ks": polarising_facets, "kd": lambertian},
+    violates=UNMASKED,
 )

@@ -5,7 +5,9 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.facets import ggx_slopes
+from gonio.optics.sampling import COSINE, Either, FacetNormals, draw_ggx
 
 Diffuse = Annotated[float, Parameter(0.3, 0.0, 1.0, "diffuse hemispherical reflectance")]
 Emissivity = Annotated[float, Parameter(0.4, 0.0, 1.0, "hemispherical emissivity")]
@@ -15,6 +17,7 @@ Grazing = Annotated[
 LobeWidth = Annotated[float, Parameter(0.2, 0.01, 1.0, "width of the specular lobe")]
 
 
+@drawn_by(Either(COSINE, FacetNormals(ggx_slopes, draw_ggx, of=lambda e, **_: (e,)), 0.5))
 def paint(g: Geometry, rho_d: Diffuse, eps: Emissivity, b: Grazing, e: LobeWidth) -> PerSteradian:
     """Diffuse part and specular lobe whose reflectances and emissivity sum to 1 (sandford1985; formulas 7.15)."""
     xp = namespace(g.cos_i)
@@ -49,6 +52,9 @@ sandford_robertson = Model(
     title="Sandford-Robertson paint",
     cite="sandford1985",
     terms={"scale": paint},
-    violates={"reciprocity": "the specular lobe is normalised over theta_r alone"},
+    violates={
+        "reciprocity": "the specular lobe is normalised over theta_r alone",
+        "energy": "its bounds allow a diffuse reflectance and an emissivity that add to more than 1",
+    },
     confidence="reconstructed",
 )

@@ -3,27 +3,31 @@
 from typing import Annotated
 
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.facets import TotalSlope, Width, beckmann_slopes, ggx_slopes, reflected, student_slopes
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.masking import beckmann_lambda, ggx_lambda, smith, student_lambda
+from gonio.optics.sampling import FacetNormals, VisibleBeckmann, VisibleGGX, draw_student
 
 Tail = Annotated[float, Parameter(2.5, 1.55, 40.0, "exponent of the tail: 2 is GGX, large is Beckmann")]
 
 
+@drawn_by(VisibleBeckmann(beckmann_slopes, of=lambda m, **_: (m,)))
 def beckmann_facets(g: Geometry, m: TotalSlope, index: Index, extinction: Extinction) -> PerSteradian:
     """Gaussian slopes, Smith's masking, Fresnel (walter2007)."""
     masking = smith(beckmann_lambda(g.cos_i, m), beckmann_lambda(g.cos_r, m))
     return unpolarised(g.cos_beta, index, extinction) * reflected(g, beckmann_slopes(g, m), masking)
 
 
+@drawn_by(VisibleGGX(ggx_slopes, of=lambda width, **_: (width, width)))
 def ggx_facets(g: Geometry, width: Width, index: Index, extinction: Extinction) -> PerSteradian:
     """GGX slopes, Smith's masking, Fresnel (walter2007)."""
     masking = smith(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
     return unpolarised(g.cos_beta, index, extinction) * reflected(g, ggx_slopes(g, width), masking)
 
 
+@drawn_by(FacetNormals(student_slopes, draw_student, of=lambda width, c, **_: (width, c)))
 def student_facets(g: Geometry, width: Width, c: Tail, index: Index, extinction: Extinction) -> PerSteradian:
     """Student's t slopes, their exact Smith masking, Fresnel (ribardiere2017)."""
     masking = smith(student_lambda(g.cos_i, width, c), student_lambda(g.cos_r, width, c))

@@ -5,13 +5,16 @@ from typing import Annotated
 
 from gonio.arrays import namespace
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerDegree
+from gonio.model import Model, Parameter, PerDegree, drawn_by
 from gonio.optics.diffuse import uniform
 from gonio.optics.facets import gaussian_facets
+from gonio.optics.sampling import PolarLobe, draw_gaussian_angle, gaussian_angle
+from gonio.units import to_radians
 
 LobeWidth = Annotated[float, Parameter(32.0, 1.0, 720.0, "standard deviation of the directional-diffuse lobe", "deg")]
 
 
+@drawn_by(PolarLobe(draw_gaussian_angle, gaussian_angle, of=lambda sigma_m, **_: (to_radians(sigma_m),)))
 def gaussian_lobe(g: Geometry, sigma_m: LobeWidth) -> PerDegree:
     """Multiple reflections: a Gaussian of theta_r in degrees (guo2023, eq 5)."""
     theta_r = g.theta_r_deg

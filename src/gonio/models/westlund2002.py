@@ -2,18 +2,21 @@
 
 from typing import Annotated
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import namespace
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model, Parameter
+from gonio.model import Dimensionless, Model, Parameter, drawn_by
+from gonio.optics import masking
 from gonio.optics.diffuse import uniform
+from gonio.optics.facets import gtr_normals
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.units import to_degrees
+from gonio.optics.sampling import COSINE, FacetNormals, draw_gtr
 
 Width = Annotated[float, Parameter(0.2, 0.01, 2.0, "width of the first-surface function, as a slope")]
 Tau = Annotated[float, Parameter(14.0, 1.0, 180.0, "fall of the shadowing with the local angle of incidence", "deg")]
 Omega = Annotated[float, Parameter(40.0, 1.0, 180.0, "tilt at which shadowing halves", "deg")]
 
 
+@drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda s, **_: (s, 1.0)))
 def first_surface(g: Geometry, s: Width, tau: Tau, Omega: Omega, index: Index, extinction: Extinction) -> Dimensionless:
     """Modified Cauchy first-surface reflection, shadowed and obscured (westlund2002, eq 10; formulas 7.14)."""
     at_normal = unpolarised(0 * g.cos_beta + 1, index, extinction)
@@ -21,29 +24,13 @@ def first_surface(g: Geometry, s: Width, tau: Tau, Omega: Omega, index: Index, e
     # an index of 1 reflects nothing, and nothing over nothing would follow
     fresnel = unpolarised(g.cos_beta, index, extinction) / xp.where(at_normal < 1e-12, 1e-12, at_normal)
     cauchy = g.cos_alpha / (s**2 + g.tan_alpha_squared)
-    return fresnel * cauchy / (g.cos_i * g.cos_r) * _shadowing(g, tau, Omega)
+    return fresnel * cauchy / (g.cos_i * g.cos_r) * masking.maxwell_beard(g, tau, Omega)
 
 
+@drawn_by(COSINE)
 def volume(g: Geometry) -> Dimensionless:
     """Light that returns from below the surface: 2/(cos theta_i + cos theta_r) (westlund2002, eq 10)."""
     return 2 / (g.cos_i + g.cos_r)
-
-
-def _shadowing(g: Geometry, tau: Array, omega: Array) -> Array:
-    xp = namespace(g.z_i)
-    x, y, z = g.x_i + g.x_r, g.y_i + g.y_r, g.z_i + g.z_r
-    across = _length(g.x_i - g.x_r, g.y_i - g.y_r, g.z_i - g.z_r)
-    alpha = to_degrees(xp.atan2(_length(x, y, 0 * z), z))
-    beta = to_degrees(xp.atan2(across, _length(x, y, z)))
-    return (1 + alpha / omega * xp.exp(-2 * beta / tau)) / (1 + alpha / omega)
-
-
-def _length(x: Array, y: Array, z: Array) -> Array:
-    """Length of a vector, with gradient 0 where it vanishes."""
-    xp = namespace(x)
-    squared = x * x + y * y + z * z
-    nothing = squared == 0
-    return xp.where(nothing, 0.0, xp.sqrt(xp.where(nothing, 1.0, squared)))
 
 
 maxwell_beard = Model(

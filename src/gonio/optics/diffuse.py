@@ -4,7 +4,8 @@ import math
 
 from gonio.arrays import Array
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, PerSteradian
+from gonio.model import Dimensionless, PerSteradian, drawn_by
+from gonio.optics.sampling import COSINE
 
 
 def _ones(g: Geometry) -> Array:
@@ -12,11 +13,13 @@ def _ones(g: Geometry) -> Array:
     return 0 * (g.z_i + g.z_r) + 1
 
 
+@drawn_by(COSINE)
 def uniform(g: Geometry) -> Dimensionless:
     """Ideal diffuse reflection as guo2023 writes it: f_id = 1, not 1/pi (eq 8)."""
     return _ones(g)
 
 
+@drawn_by(COSINE)
 def lambertian(g: Geometry) -> PerSteradian:
     """Ideal diffuse reflection of unit reflectance (lambert1760)."""
     return _ones(g) / math.pi

@@ -2,43 +2,54 @@
 
 Every distribution is normalised to projected area: its integral times cos(alpha) over the hemisphere is 1, so that
 `reflected` has the energy of the light that arrives. Equal ones share one implementation: GGX and the hyper-Cauchy
-are Student's t, Beckmann's is the Gaussian with m = sqrt(2) sigma.
+are Student's t, the Gaussian is Beckmann's with m = sqrt(2) sigma. A second width `across` makes one elliptical.
 """
 
 import math
 from typing import Annotated
 
-from gonio.arrays import Array, namespace
+from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
-from gonio.model import Parameter, PerSteradian
+from gonio.model import Parameter, PerSteradian, drawn_by
 from gonio.optics.masking import v_groove
+from gonio.optics.sampling import FacetNormals, draw_gaussian
+
+MIRROR = 1e-30  # squared slope, in units of the width, below which a facet is not tilted
 
 Slope = Annotated[float, Parameter(0.2, 0.01, 1.0, "rms slope of the facets, per axis")]
 TotalSlope = Annotated[float, Parameter(0.3, 0.01, 1.4, "rms slope of the facets, total")]
 Width = Annotated[float, Parameter(0.3, 0.01, 1.0, "width of the distribution of facet slopes")]
 
 
+def beckmann_slopes(g: Geometry, m: Array, across: Array | None = None) -> Array:
+    """Beckmann's Gaussian: `m` is the total rms slope."""
+    squared, per_slope = _slopes(g, m, across)
+    return per_slope * namespace(squared).exp(-squared)
+
+
 def gaussian_slopes(g: Geometry, sigma: Array) -> Array:
-    """Gaussian slopes of rms `sigma` per axis."""
-    tan2 = g.tan_alpha_squared
-    xp = namespace(tan2)
-    return xp.exp(-tan2 / (2 * sigma**2)) * (1 + tan2) ** 2 / (2 * math.pi * sigma**2)
+    """The same from the rms slope per axis."""
+    return beckmann_slopes(g, math.sqrt(2) * sigma)
 
 
-def beckmann_slopes(g: Geometry, m: Array) -> Array:
-    """Beckmann's form of the same: `m` is the total rms slope."""
-    return gaussian_slopes(g, m / math.sqrt(2))
-
-
-def student_slopes(g: Geometry, width: Array, c: Array) -> Array:
+def student_slopes(g: Geometry, width: Array, c: Array, across: Array | None = None) -> Array:
     """Student's t of exponent `c` > 1: heavier tails than Gaussian, GGX at c = 2, Beckmann as c grows."""
-    tan2 = g.tan_alpha_squared
-    return (1 + tan2) ** 2 / (math.pi * width**2 * (1 + tan2 / ((c - 1) * width**2)) ** c)
+    squared, per_slope = _slopes(g, width, across)
+    return per_slope * (1 + squared / (c - 1)) ** (-c)
 
 
-def ggx_slopes(g: Geometry, width: Array) -> Array:
+def ggx_slopes(g: Geometry, width: Array, across: Array | None = None) -> Array:
     """Trowbridge and Reitz's distribution, called GGX (walter2007)."""
-    return student_slopes(g, width, 2.0)
+    return student_slopes(g, width, 2.0, across)
+
+
+def exponential_power_slopes(g: Geometry, width: Array, p: Array) -> Array:
+    """The exponential of a power of the slope: Beckmann at p = 1, exponential at 1/2 (holzschuch2017)."""
+    squared, per_slope = _slopes(g, width, None)
+    xp = namespace(squared)
+    # the mirror direction has no logarithm, and a power below 1 no slope there
+    power = xp.where(squared < MIRROR, MIRROR, squared) ** p
+    return per_slope * p * xp.exp(-power - special("gammaln", 1 / p))
 
 
 def hyper_cauchy_slopes(g: Geometry, s: Array, q: Array) -> Array:
@@ -51,11 +62,43 @@ def cosine_power_normals(g: Geometry, n: Array) -> Array:
     return (n + 2) / (2 * math.pi) * g.cos_alpha**n
 
 
+def gtr_normals(g: Geometry, width: Array, c: Array) -> Array:
+    """Generalised Trowbridge and Reitz: GGX at c = 2, longer tails at 1, where it has a logarithm (burley2012).
+
+    The constant is a quotient of (exp(u) - 1)/u, of which neither c = 1 nor a width of 1 is a special case.
+    """
+    xp = namespace(g.cos_alpha)
+    squared = width**2
+    logarithm = xp.log(squared)
+    constant = _mean_exponential(logarithm) / _mean_exponential((1 - c) * logarithm)
+    # g^2 cos^2 + sin^2 in a form that keeps its digits where the tilt is small and g is a thousandth
+    return constant / (math.pi * (g.cos_alpha**2 * (squared + g.tan_alpha_squared)) ** c)
+
+
 def reflected(g: Geometry, normals: Array, masking: Array) -> Array:
     """Single reflection from facets: D G/(4 cos theta_i cos theta_r) (formulas 2.0)."""
     return normals * masking / (4 * g.cos_i * g.cos_r)
 
 
+@drawn_by(FacetNormals(gaussian_slopes, draw_gaussian, of=lambda sigma, **_: (sigma,)))
 def gaussian_facets(g: Geometry, sigma: Slope) -> PerSteradian:
     """Single reflection from Gaussian facets in V-grooves, without Fresnel factor (guo2023, eqs 3 and 4)."""
     return reflected(g, gaussian_slopes(g, sigma), v_groove(g))
+
+
+def _slopes(g: Geometry, along: Array, across: Array | None) -> tuple[Array, Array]:
+    """Squared slope in units of the width, and 1/(pi width^2 cos^4), which turns a density of slopes into normals.
+
+    With a second width the distribution is elliptical: `along` is that of slopes along the surface's x axis.
+    """
+    tan2 = g.tan_alpha_squared
+    squared = tan2 / along**2 if across is None else (g.slope_x / along) ** 2 + (g.slope_y / across) ** 2
+    return squared, (1 + tan2) ** 2 / (math.pi * along * (along if across is None else across))
+
+
+def _mean_exponential(u: Array) -> Array:
+    """Mean of exp between 0 and u, (exp(u) - 1)/u."""
+    half = u / 2
+    xp = namespace(half)
+    small = xp.abs(half) < 1e-5
+    return xp.exp(half) * xp.where(small, 1 + half**2 / 6, xp.sinh(half) / xp.where(small, 1.0, half))

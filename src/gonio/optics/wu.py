@@ -4,11 +4,12 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Parameter
+from gonio.model import Dimensionless, Parameter, drawn_by
+from gonio.optics.sampling import COSINE
 
 # The four empirical constants of the shadowing function, from memory (formulas 6.7).
 S_P, S_R, U_P, V_P = 0.0136, 16.4, 9.0, 1.0
-MIRROR = 1e-18  # squared distance from the mirror direction below which the in-plane limit is taken
+MIRROR = 1e-13  # squared distance from the mirror direction, above rounding, below which the in-plane limit is taken
 
 LobeWidth = Annotated[float, Parameter(0.3, 0.01, 10.0, "kr: narrow below 1, broad above")]
 FresnelGain = Annotated[float, Parameter(1.0, -20.0, 20.0, "b: gain of the Fresnel-like factor")]
@@ -57,6 +58,7 @@ def facets_and_shadowing(g: Geometry, kr: Array, b: Array, a: Array) -> Array:
     return facets * xp.exp(b * missing**a) * shadowing(g)
 
 
+@drawn_by(COSINE)
 def diffuse_over_cosine(g: Geometry) -> Dimensionless:
     """The diffuse part over cos theta_i, as the five-parameter model has it (wu2002)."""
     return 1 / (g.cos_i + 0 * g.cos_r)

@@ -1,0 +1,66 @@
+"""Greynolds' binomial: the general fit of stray-light programs, a logarithm in powers of two reciprocal variables."""
+
+import math
+from typing import Annotated
+
+from gonio.arrays import Array, namespace
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, Model, Parameter
+from gonio.optics.kirchhoff import shift_squared
+from gonio.optics.phase import guarded_root
+
+# The bounds keep the logarithm below 33 everywhere, so that single precision does not overflow; the defaults look like
+# black paint: level but for a weak mirror lobe, and brighter forwards at grazing angles.
+B01 = Annotated[float, Parameter(0.0, -3.0, 3.0, "coefficient of D")]
+B02 = Annotated[float, Parameter(0.0, -1.5, 1.5, "coefficient of D^2")]
+B10 = Annotated[float, Parameter(0.8, -2.0, 2.0, "coefficient of V")]
+B11 = Annotated[float, Parameter(0.0, -1.0, 1.0, "coefficient of V D")]
+B12 = Annotated[float, Parameter(0.0, -0.5, 0.5, "coefficient of V D^2")]
+B20 = Annotated[float, Parameter(0.8, -2.0, 2.0, "coefficient of V^2")]
+B21 = Annotated[float, Parameter(0.0, -1.0, 1.0, "coefficient of V^2 D")]
+B22 = Annotated[float, Parameter(0.0, -0.5, 0.5, "coefficient of V^2 D^2")]
+C0 = Annotated[float, Parameter(-0.2, -4.0, 1.0, "power of the mirror lobe")]
+C1 = Annotated[float, Parameter(0.0, -0.5, 0.5, "power of the mirror lobe, times V")]
+C2 = Annotated[float, Parameter(0.0, -0.5, 0.5, "power of the mirror lobe, times V^2")]
+Lobe = Annotated[float, Parameter(100.0, 1.0, 1e8, "inverse squared half width of the mirror lobe")]
+
+
+def binomial_power(
+    g: Geometry,
+    b01: B01,
+    b02: B02,
+    b10: B10,
+    b11: B11,
+    b12: B12,
+    b20: B20,
+    b21: B21,
+    b22: B22,
+    c0: C0,
+    c1: C1,
+    c2: C2,
+    d: Lobe,
+) -> Dimensionless:
+    """Ten to a polynomial in D, the distance to the mirror direction in direction cosines, and in V, the product of the
+    projections of the scattered and the mirror direction (greynolds2015); the weight is the level 10^b00.
+    """
+    squared = shift_squared(g)
+    xp = namespace(squared)
+    distance = guarded_root(squared)
+    lobe = xp.log(1 + d * squared) / (2 * math.log(10.0))
+
+    def power(linear: Array, quadratic: Array, c: Array) -> Array:
+        return linear * distance + quadratic * squared + c * lobe
+
+    v = -(g.x_i * g.x_r + g.y_i * g.y_r)
+    exponent = power(b01, b02, c0) + v * (b10 + power(b11, b12, c1) + v * (b20 + power(b21, b22, c2)))
+    return xp.exp(math.log(10.0) * exponent)
+
+
+binomial = Model(
+    name="binomial",
+    title="Binomial stray-light fit",
+    cite="greynolds2015",
+    terms={"scale": binomial_power},
+    violates={"energy": "the logarithm is fitted freely, and nothing bounds the light"},
+    confidence="reconstructed",
+)

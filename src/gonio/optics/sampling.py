@@ -1,0 +1,415 @@
+"""How reflected directions are drawn in proportion to a term times cos(theta_r), or nearly so.
+
+Every class here is a `gonio.model.Sampler`. Numbers u and v lie in 0..1, 1 excluded. `of` turns the shape parameters of
+the term, by name, into those of the law that is drawn, in order; it takes what it needs and passes over the rest. A
+direction below the horizon stands for light that is lost; those that have no direction at all point straight down.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gonio.arrays import Array, namespace, special
+from gonio.geometry import Geometry
+from gonio.model import Sampler
+from gonio.optics.phase import guarded_root
+
+Directed = tuple[Array, Array, Array]
+Slopes = tuple[Array, Array]
+Law = Callable[..., tuple[Array, ...]]
+
+QUARTER = (math.pi / 2) ** 2  # squared angle from the normal to the horizon [rad^2]
+FARTHEST = 4.0  # squared distance of two directions in direction cosines
+BISECTIONS, NEWTON_STEPS = 8, 16  # the second finish what the first have bracketed to a twentieth
+BEYOND = 7.0  # Gaussian slopes over sqrt(2) sigma beyond this have probability 1e-22
+NEAR = 1e-6  # a limit is approached so far where a formula has none, and still has ten digits
+LARGEST_LOG = 60.0  # squared slopes stay below e^60, because single precision ends at e^88
+
+
+@dataclass(frozen=True)
+class CosineLobe:
+    """Power of the cosine about the axis (c x_i, c y_i, z_i): -1 the mirror direction, 0 the normal, 1 the beam.
+
+    `of` gives the exponent n >= 0 and c.
+    """
+
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        n, c = self.of(**shape)
+        xp = namespace(u)
+        return _about(_axis(x_i, y_i, z_i, c), -xp.expm1(xp.log1p(-u) / (n + 1)), v)
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        n, c = self.of(**shape)
+        cos = _cosine(g, c)
+        xp = namespace(cos)
+        outside = cos <= 0
+        return (n + 1) / (2 * math.pi) * xp.where(outside, 0.0, xp.where(outside, 1.0, cos) ** n)
+
+
+@dataclass(frozen=True)
+class RetroLobe:
+    """Exponential of the cosine about the incident beam; `of` gives its sharpness c >= 0: exp(c cos) per steradian."""
+
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        (c,) = _above(1e-9, *self.of(**shape))
+        xp = namespace(u)
+        return _about((x_i, y_i, z_i), -xp.log1p(u * xp.expm1(-2 * c)) / c, v)
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        (c,) = _above(1e-9, *self.of(**shape))
+        missing = 1 - _cosine(g, 1.0)
+        xp = namespace(missing)
+        return c * xp.exp(-c * missing) / (-2 * math.pi * xp.expm1(-2 * c))
+
+
+@dataclass(frozen=True)
+class PolarLobe:
+    """A lobe of theta_r alone: `angle` draws the squared angle [rad^2] and `law` is its density."""
+
+    angle: Callable[..., Array]
+    law: Callable[..., Array]
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        xp = namespace(u)
+        theta = xp.sqrt(self.angle(u, *self.of(**shape)))
+        x, y = _turned(xp.sin(theta), v)
+        return x, y, xp.cos(theta)
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        theta = g.theta_r_deg * (math.pi / 180)
+        return self.law(theta**2, *self.of(**shape)) / (math.pi * _sine_over_angle(theta))
+
+
+@dataclass(frozen=True)
+class FacetNormals:
+    """Facet normals by the area that they project on the surface: D cos(alpha), reflected (walter2007).
+
+    `distribution` is D(geometry, parameters) and `slopes` draws the two slopes by it.
+    """
+
+    distribution: Callable[..., Array]
+    slopes: Callable[..., Slopes]
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        return _mirrored(x_i, y_i, z_i, *self.slopes(u, v, *self.of(**shape)))
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        return self.distribution(g, *self.of(**shape)) * g.cos_alpha / (4 * g.cos_beta)
+
+
+@dataclass(frozen=True)
+class VisibleGGX:
+    """GGX normals as the incident light sees them, reflected (heitz2018), drawn by a spherical cap (dupuy2023).
+
+    `of` gives the widths along and across the surface's x axis, which `distribution` takes too.
+    """
+
+    distribution: Callable[..., Array]
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        along, across = self.of(**shape)
+        x, y, z = _unit(along * x_i, across * y_i, z_i)
+        drop = u * (1 + z)  # 1 - cos of the tilt in the cap
+        cap_x, cap_y = _turned(guarded_root(drop * (2 - drop)), v)
+        up = (1 + z) * (1 - u)
+        return _mirrored(x_i, y_i, z_i, along * (cap_x + x) / up, across * (cap_y + y) / up)
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        along, across = self.of(**shape)
+        stretched = (along * g.x_i) ** 2 + (across * g.y_i) ** 2 + g.z_i**2
+        area = (g.z_i + namespace(stretched).sqrt(stretched)) / 2
+        return self.distribution(g, along, across) / (4 * area)
+
+
+@dataclass(frozen=True)
+class VisibleBeckmann:
+    """Beckmann normals as the incident light sees them, reflected (heitz2014).
+
+    `of` gives the total rms slope, which `distribution` takes too.
+    """
+
+    distribution: Callable[..., Array]
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        (m,) = self.of(**shape)
+        xp = namespace(u)
+        x, y, z = _unit(m * x_i, m * y_i, z_i)
+        sine = xp.sqrt(x * x + y * y)
+        pole = sine == 0
+        cos, sin = xp.where(pole, 1.0, x / xp.where(pole, 1.0, sine)), y / xp.where(pole, 1.0, sine)
+        towards, aside = _visible_slope(u, z, sine), _gaussian_slope(v)
+        return _mirrored(x_i, y_i, z_i, m * (cos * towards - sin * aside), m * (sin * towards + cos * aside))
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        (m,) = self.of(**shape)
+        xp = namespace(g.z_i)
+        across = m * xp.sqrt(g.x_i**2 + g.y_i**2)
+        stretched = xp.sqrt(across**2 + g.z_i**2)
+        area = stretched * _lit_area(0 * stretched + BEYOND, g.z_i / stretched, across / stretched)
+        return self.distribution(g, m) / (4 * area)
+
+
+@dataclass(frozen=True)
+class ShiftedPower:
+    """A power of the distance to the mirror direction in direction cosines: the cosine included, exactly.
+
+    `of` gives B > 0 and C of (1 + B distance^2)^-C.
+    """
+
+    of: Law
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        xp = namespace(u)
+        x, y = _turned(xp.sqrt(_draw_power(u, FARTHEST, *self.of(**shape))), v)
+        x, y = x - x_i, y - y_i
+        squared = 1 - x * x - y * y
+        lost = squared <= 0
+        return xp.where(lost, 0.0, x), xp.where(lost, 0.0, y), xp.where(lost, -1.0, xp.sqrt(xp.where(lost, 1, squared)))
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        x, y = g.x_i + g.x_r, g.y_i + g.y_r
+        return _power(x * x + y * y, FARTHEST, *self.of(**shape)) / math.pi * g.z_r
+
+
+@dataclass(frozen=True)
+class Either:
+    """One sampler in a `share` of the cases and the other in the rest."""
+
+    first: Sampler
+    second: Sampler
+    share: float
+
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+        xp = namespace(u)
+        chosen = u < self.share
+        once = xp.where(chosen, u / self.share, (u - self.share) / (1 - self.share))
+        pairs = zip(
+            self.first.draw(x_i, y_i, z_i, once, v, **shape),
+            self.second.draw(x_i, y_i, z_i, once, v, **shape),
+            strict=True,
+        )
+        x, y, z = (xp.where(chosen, one, other) for one, other in pairs)
+        return x, y, z
+
+    def density(self, g: Geometry, **shape: Array) -> Array:
+        return self.share * self.first.density(g, **shape) + (1 - self.share) * self.second.density(g, **shape)
+
+
+COSINE = CosineLobe(of=lambda **_: (1.0, 0.0))
+
+
+def draw_gaussian(u: Array, v: Array, sigma: Array) -> Slopes:
+    """Gaussian slopes of rms `sigma` per axis."""
+    return draw_elliptical(u, v, math.sqrt(2) * sigma, math.sqrt(2) * sigma)
+
+
+def draw_beckmann(u: Array, v: Array, m: Array) -> Slopes:
+    """Gaussian slopes of total rms `m`."""
+    return draw_elliptical(u, v, m, m)
+
+
+def draw_elliptical(u: Array, v: Array, along: Array, across: Array) -> Slopes:
+    """Gaussian slopes of rms along/sqrt(2) and across/sqrt(2)."""
+    xp = namespace(u)
+    x, y = _turned(xp.sqrt(-xp.log1p(-u)), v)
+    return along * x, across * y
+
+
+def draw_student(u: Array, v: Array, width: Array, c: Array) -> Slopes:
+    """Slopes by Student's t of exponent `c` > 1."""
+    xp = namespace(u)
+    exponent = xp.log1p(-u) / (1 - c)
+    squared = (c - 1) * xp.expm1(xp.where(exponent > LARGEST_LOG, LARGEST_LOG, exponent))
+    return _turned(width * xp.sqrt(squared), v)
+
+
+def draw_ggx(u: Array, v: Array, width: Array) -> Slopes:
+    """Slopes by GGX."""
+    return draw_student(u, v, width, 2.0)
+
+
+def draw_cosine_power(u: Array, v: Array, n: Array) -> Slopes:
+    """Slopes of normals by Blinn's power of the cosine (blinn1977), n > -2."""
+    xp = namespace(u)
+    return _turned(xp.sqrt(xp.expm1(-2 * xp.log1p(-u) / (n + 2))), v)
+
+
+def draw_gtr(u: Array, v: Array, width: Array, c: float) -> Slopes:
+    """Slopes by generalised Trowbridge and Reitz of exponent `c` (burley2012)."""
+    xp = namespace(u)
+    fall = 1 - c if abs(1 - c) > NEAR else NEAR
+    squared = xp.where(xp.abs(width - 1) < NEAR, 1 - NEAR, width) ** 2
+    least = xp.log(squared)
+    risen = xp.log1p(u * xp.expm1(-fall * least)) / fall
+    return _turned(xp.sqrt(-squared * xp.expm1(risen) / xp.expm1(least + risen)), v)
+
+
+def power_normals(g: Geometry, B: Array, C: Array) -> Array:
+    """Normals by (1 + B (1 - cos alpha))^-C per solid angle."""
+    tilt = g.tan_alpha_squared * g.cos_alpha**2 / (1 + g.cos_alpha)
+    return _power(tilt, 1.0, B, C) / (2 * math.pi * g.cos_alpha)
+
+
+def draw_power(u: Array, v: Array, B: Array, C: Array) -> Slopes:
+    """Slopes by the same."""
+    tilt = _draw_power(u, 1.0, B, C)
+    xp = namespace(tilt)
+    cos = 1 - tilt
+    return _turned(xp.sqrt(tilt * (2 - tilt)) / xp.where(cos < 1e-12, 1e-12, cos), v)
+
+
+def angle_normals(g: Geometry, width: Array) -> Array:
+    """Normals by a Gaussian of the tilt angle, `width` [rad], whose squared angle is what is drawn."""
+    tan2 = g.tan_alpha_squared
+    xp = namespace(tan2)
+    flat = tan2 < 1e-24
+    alpha = xp.where(flat, 0.0, xp.atan(xp.sqrt(xp.where(flat, 1.0, tan2))))
+    return gaussian_angle(alpha**2, width) / (math.pi * _sine_over_angle(alpha) * g.cos_alpha)
+
+
+def draw_angle(u: Array, v: Array, width: Array) -> Slopes:
+    """Slopes by the same."""
+    xp = namespace(u)
+    return _turned(xp.tan(xp.sqrt(draw_gaussian_angle(u, width))), v)
+
+
+def gaussian_angle(squared: Array, width: Array) -> Array:
+    """Density of the squared angle [1/rad^2] of a Gaussian of `width` [rad] that ends at the horizon."""
+    xp = namespace(squared)
+    twice = 2 * width**2
+    return -xp.exp(-squared / twice) / (twice * xp.expm1(-QUARTER / twice))
+
+
+def draw_gaussian_angle(u: Array, width: Array) -> Array:
+    """Squared angle [rad^2] by the same."""
+    xp = namespace(u)
+    twice = 2 * width**2
+    return -twice * xp.log1p(u * xp.expm1(-QUARTER / twice))
+
+
+def lorentz_angle(squared: Array, width: Array) -> Array:
+    """Density of the squared angle [1/rad^2] of a Lorentzian of half width `width` [rad] that ends at the horizon."""
+    return 1 / ((squared + width**2) * namespace(squared).log1p(QUARTER / width**2))
+
+
+def draw_lorentz_angle(u: Array, width: Array) -> Array:
+    """Squared angle [rad^2] by the same."""
+    xp = namespace(u)
+    return width**2 * xp.expm1(u * xp.log1p(QUARTER / width**2))
+
+
+def _power(s: Array, end: float, B: Array, C: Array) -> Array:
+    """Density of s in 0..end that falls as (1 + B s)^-C."""
+    B, fall, whole = _power_law(end, B, C)
+    return (1 + B * s) ** (fall - 1) * B * fall / whole
+
+
+def _draw_power(u: Array, end: float, B: Array, C: Array) -> Array:
+    xp = namespace(u)
+    B, fall, whole = _power_law(end, B, C)
+    return xp.expm1(xp.log1p(u * whole) / fall) / B
+
+
+def _power_law(end: float, B: Array, C: Array) -> tuple[Array, Array, Array]:
+    """B, 1 - C and (1 + B end)^(1 - C) - 1, kept off the limits B = 0 and C = 1, where the digits still suffice."""
+    (B,) = _above(1e-9, B)
+    xp = namespace(B)
+    fall = xp.where(xp.abs(1 - C) < NEAR, NEAR, 1 - C)
+    return B, fall, xp.expm1(fall * xp.log1p(B * end))
+
+
+def _above(least: float, *values: Array) -> tuple[Array, ...]:
+    return tuple(namespace(value).where(value < least, least, value) for value in values)
+
+
+def _visible_slope(u: Array, cos: Array, sin: Array) -> Array:
+    """Slope towards the light, over m, of a Gaussian facet that light at this (stretched) angle sees; good to 1e-9."""
+    xp = namespace(u)
+    low, high = _least_slope(cos, sin) + 0 * u, 0 * u + BEYOND
+    target = u * _lit_area(high, cos, sin)
+    slope = (low + high) / 2
+    for step in range(BISECTIONS + NEWTON_STEPS):
+        excess = _lit_area(slope, cos, sin) - target
+        low, high = xp.where(excess < 0, slope, low), xp.where(excess < 0, high, slope)
+        middle = (low + high) / 2
+        if step < BISECTIONS:
+            slope = middle
+            continue
+        rate = (cos + slope * sin) * xp.exp(-(slope**2)) / math.sqrt(math.pi)
+        newton = slope - excess / xp.where(rate < 1e-30, 1e-30, rate)
+        # the ends included: a slope that is met exactly is an end itself
+        slope = xp.where((newton >= low) & (newton <= high), newton, middle)
+    return slope
+
+
+def _least_slope(cos: Array, sin: Array) -> Array:
+    """The slope, over m, from which a facet turns its back on the light."""
+    xp = namespace(cos)
+    steep = cos < BEYOND * sin
+    return xp.where(steep, -cos / xp.where(steep, sin, 1.0), -BEYOND)
+
+
+def _lit_area(slope: Array, cos: Array, sin: Array) -> Array:
+    """Area that the lit facets of slopes up to `slope` turn to the light, over the area of the surface."""
+    xp = namespace(slope)
+    least = _least_slope(cos, sin)
+    flat = (special("erf", slope) - special("erf", least)) / 2
+    return cos * flat + sin * (xp.exp(-(least**2)) - xp.exp(-(slope**2))) / (2 * math.sqrt(math.pi))
+
+
+def _gaussian_slope(v: Array) -> Array:
+    slope = special("erfinv", 2 * v - 1)
+    return namespace(slope).where(slope < -BEYOND, -BEYOND, slope)
+
+
+def _mirrored(x: Array, y: Array, z: Array, slope_x: Array, slope_y: Array) -> Directed:
+    """The direction mirrored by the facet of these slopes."""
+    twice = 2 * (x * slope_x + y * slope_y + z) / (1 + slope_x**2 + slope_y**2)
+    return twice * slope_x - x, twice * slope_y - y, twice - z
+
+
+def _axis(x: Array, y: Array, z: Array, c: Array) -> Directed:
+    return _unit(c * x, c * y, z)
+
+
+def _cosine(g: Geometry, c: Array) -> Array:
+    """Cosine of w_r with the axis of a lobe."""
+    x, y, z = _axis(g.x_i, g.y_i, g.z_i, c)
+    return x * g.x_r + y * g.y_r + z * g.z_r
+
+
+def _unit(x: Array, y: Array, z: Array) -> Directed:
+    length = namespace(z).sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length
+
+
+def _about(axis: Directed, drop: Array, v: Array) -> Directed:
+    """The direction at 1 - cos = `drop` from an upward `axis`, turned by v (frame of duff2017)."""
+    x, y, z = axis
+    across, aside = _turned(guarded_root(drop * (2 - drop)), v)
+    a = 1 / (1 + z)
+    along = 1 - drop
+    return (
+        across * (1 - x * x * a) - aside * x * y * a + along * x,
+        aside * (1 - y * y * a) - across * x * y * a + along * y,
+        along * z - across * x - aside * y,
+    )
+
+
+def _turned(radius: Array, v: Array) -> Slopes:
+    xp = namespace(v)
+    return radius * xp.cos(2 * math.pi * v), radius * xp.sin(2 * math.pi * v)
+
+
+def _sine_over_angle(angle: Array) -> Array:
+    xp = namespace(angle)
+    small = angle < 1e-6
+    return xp.where(small, 1.0, xp.sin(angle) / xp.where(small, 1.0, angle))

@@ -99,6 +99,19 @@ def test_eval_of_polarised_light(run):
     assert "theta_i [deg]" in out
 
 
+def test_check_by_samples(run):
+    """Where a lobe is too narrow for the quadrature, drawn directions tell its reflectance."""
+    narrow = ("check", "torrance-sparrow", "--set", "ks=1", "--set", "sigma=0.001")
+    by_nodes = as_json(run, *narrow)[-1]["figures"]["DHR(30)"]
+    assert abs(by_nodes - 1) > 0.05
+    sampled = as_json(run, *narrow, "--samples", "2000")[-1]
+    assert sampled["holds"] is True
+    assert sampled["figures"]["DHR(30)"] == pytest.approx(1, abs=1e-4)  # five standard errors
+    assert "standard error" in sampled["why"]
+    beyond = as_json(run, "check", "lambert", "--set", "rho=1.1", "--samples", "500")[-1]
+    assert beyond["holds"] is False
+
+
 def test_materials(run, tmp_path):
     """Constants by name or file, listed and held where a model has an index."""
     listed = as_json(run, "materials")

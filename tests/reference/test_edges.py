@@ -31,6 +31,7 @@ def test_cosines_at_grazing():
         assert (float(g.theta_i_deg), float(g.theta_r_deg)) == (90.0, 90.0)
     # the tilt's tangent is the horizontal part over the sum of the two cosines, each at its least
     assert float(same.slope_x) == pytest.approx(2 / (2 * LEAST))
+    assert float(same.cos_alpha) == pytest.approx(2 * LEAST / 2)
     assert float(Geometry.from_degrees(90.0, 90.0, 0.0, 90.0).slope_y) == pytest.approx(2 / (2 * LEAST))
     # the facet that mirrors grazing light forwards is seen at grazing: half the sum of the directions is at its least
     assert float(opposite.cos_beta) == pytest.approx(LEAST / 2)

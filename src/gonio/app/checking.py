@@ -15,25 +15,29 @@ from gonio.measured import dataset
 from gonio.measured.formats import read
 from gonio.model import Model
 from gonio.models import catalogue
-from gonio.plausibility import Verdict, energy, of_scan, positivity, reciprocity
+from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity
+from gonio.sampling import hemispherical_reflectance
 
 Checked = Mapping[str, list[Verdict]]
 Values = npt.NDArray[np.float64]
 
 
-def check(target: str, values: Mapping[str, float]) -> Checked:
+def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked:
     """Verdicts by what was checked: each term of a model, or the whole of it; a scan; each set of a fit.
 
-    `values` are a model's weights and shape; without a weight every term is checked alone, at weight 1.
+    `values` are a model's weights and shape; without a weight every term is checked alone, at weight 1. With `samples`
+    a model's reflectance comes from as many drawn directions at each incidence angle instead of quadrature.
     Raises KeyError for a name that is neither a file nor a model.
     """
     path = Path(target)
     if path.exists():
-        if values:
-            raise ValueError("--set belongs to a model; a scan and a fit have their own values")
+        if values or samples:
+            raise ValueError(
+                "--set, --material and --samples belong to a model; a scan and a fit have their own values"
+            )
         solution = _solution(path)
         return {path.name: of_scan(read(path))} if solution is None else _of_solution(path, solution)
-    return _of_model(catalogue[target], values)
+    return _of_model(catalogue[target], values, samples)
 
 
 def _solution(path: Path) -> Solution | None:
@@ -44,14 +48,33 @@ def _solution(path: Path) -> Solution | None:
         return None
 
 
-def _of_model(model: Model, values: Mapping[str, float]) -> Checked:
+def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checked:
     if any(name in model.weights for name in values):
-        return {model.name: _laws(partial(_evaluate, model, values), dataset.ABSOLUTE)}
+        whole = {model.name: (dict(values), dataset.ABSOLUTE)}
+    else:
+        whole = {
+            f"{model.name}, {weight} = 1": (
+                {weight: 1.0, **values},
+                dataset.ABSOLUTE if model.term_unit(weight) == "sr-1" else "",
+            )
+            for weight in model.weights
+        }
     out = {}
-    for weight in model.weights:
-        unit = dataset.ABSOLUTE if model.term_unit(weight) == "sr-1" else ""
-        out[f"{model.name}, {weight} = 1"] = _laws(partial(_evaluate, model, {weight: 1.0, **values}), unit)
+    for name, (chosen, unit) in whole.items():
+        laws = _laws(partial(_evaluate, model, chosen), "" if samples else unit)
+        out[name] = [*laws[:-1], _sampled_energy(model, chosen, samples)] if samples and unit else laws
     return out
+
+
+def _sampled_energy(model: Model, values: Mapping[str, float], samples: int) -> Verdict:
+    """The white furnace by Monte Carlo: violated where a reflectance is above 1 by more than four standard errors."""
+    found = {a: hemispherical_reflectance(model, values, a, n=samples) for a in FURNACE_ANGLES}
+    worst = max(found, key=lambda a: found[a].value)
+    figures = {f"DHR({a:g})": e.value for a, e in found.items()}
+    beyond = found[worst].value - 1 > max(4 * found[worst].standard_error, QUADRATURE)
+    errors = max(e.standard_error for e in found.values())
+    why = f"{samples} directions an angle, standard error up to {errors:.2g}"
+    return Verdict("energy", not beyond, figures, f"theta_i {worst:g} deg", why)
 
 
 def _of_solution(path: Path, solution: Solution) -> Checked:

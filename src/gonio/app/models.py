@@ -91,13 +91,16 @@ def check_physics(
     values: Annotated[list[str], typer.Option("--set", metavar="NAME=VALUE", help="a model's weights and shape")] = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
+    samples: Annotated[
+        int, typer.Option("--samples", min=0, help="reflectance from so many drawn directions, for narrow lobes")
+    ] = 0,
     json: Json = "",
     force: Force = False,
 ) -> None:
     """Check positivity, reciprocity and energy."""
     from gonio.app import arguments, checking, present
 
-    checked = checking.check(target, arguments.values(values, material, wavelength))
+    checked = checking.check(target, arguments.values(values, material, wavelength), samples)
     if json:
         present.emit_json(checking.record(checked), json, force)
     if json != "-":

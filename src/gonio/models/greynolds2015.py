@@ -9,19 +9,19 @@ from gonio.model import Dimensionless, Model, Parameter
 from gonio.optics.kirchhoff import shift_squared
 from gonio.optics.phase import guarded_root
 
-# The bounds keep the logarithm below 33 everywhere, so that single precision does not overflow; the defaults look like
-# black paint: level but for a weak mirror lobe, and brighter forwards at grazing angles.
-B01 = Annotated[float, Parameter(0.0, -3.0, 3.0, "coefficient of D")]
-B02 = Annotated[float, Parameter(0.0, -1.5, 1.5, "coefficient of D^2")]
-B10 = Annotated[float, Parameter(0.8, -2.0, 2.0, "coefficient of V")]
-B11 = Annotated[float, Parameter(0.0, -1.0, 1.0, "coefficient of V D")]
-B12 = Annotated[float, Parameter(0.0, -0.5, 0.5, "coefficient of V D^2")]
-B20 = Annotated[float, Parameter(0.8, -2.0, 2.0, "coefficient of V^2")]
-B21 = Annotated[float, Parameter(0.0, -1.0, 1.0, "coefficient of V^2 D")]
-B22 = Annotated[float, Parameter(0.0, -0.5, 0.5, "coefficient of V^2 D^2")]
+# The bounds keep the logarithm within what double precision holds. The defaults look like black paint: level but for a
+# weak mirror lobe, and brighter forwards at grazing angles.
+B01 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of D")]
+B02 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of D^2")]
+B10 = Annotated[float, Parameter(0.8, -5.0, 5.0, "coefficient of V")]
+B11 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of V D")]
+B12 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of V D^2")]
+B20 = Annotated[float, Parameter(0.8, -5.0, 5.0, "coefficient of V^2")]
+B21 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of V^2 D")]
+B22 = Annotated[float, Parameter(0.0, -5.0, 5.0, "coefficient of V^2 D^2")]
 C0 = Annotated[float, Parameter(-0.2, -4.0, 1.0, "power of the mirror lobe")]
-C1 = Annotated[float, Parameter(0.0, -0.5, 0.5, "power of the mirror lobe, times V")]
-C2 = Annotated[float, Parameter(0.0, -0.5, 0.5, "power of the mirror lobe, times V^2")]
+C1 = Annotated[float, Parameter(0.0, -2.0, 2.0, "power of the mirror lobe, times V")]
+C2 = Annotated[float, Parameter(0.0, -2.0, 2.0, "power of the mirror lobe, times V^2")]
 Lobe = Annotated[float, Parameter(100.0, 1.0, 1e8, "inverse squared half width of the mirror lobe")]
 
 
@@ -40,8 +40,10 @@ def binomial_power(
     c2: C2,
     d: Lobe,
 ) -> Dimensionless:
-    """Ten to a polynomial in D, the distance to the mirror direction in direction cosines, and in V, the product of the
-    projections of the scattered and the mirror direction (greynolds2015); the weight is the level 10^b00.
+    """Ten to a polynomial in D and V, the weight being its constant term 10^b00 (greynolds2015).
+
+    D is the distance to the mirror direction in direction cosines, V the product of the scattered and the mirror
+    direction projected on the surface.
     """
     squared = shift_squared(g)
     xp = namespace(squared)

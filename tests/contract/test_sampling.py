@@ -219,7 +219,7 @@ NARROW = {  # lobes of which the product quadrature of `plausibility` sees nothi
     "modified-phong": {"rho_s": 1.0, "n": 1e6},
     "ward": {"rho_s": 1.0, "alpha_x": 1e-3, "alpha_y": 2e-3},
     "harvey-shack": {"b0": 1.0, "L": 1e-3, "S": -4.0},
-    "generalised-harvey-shack": {"scale": 1.0, "sigma": 0.5, "length": 100.0},
+    "generalised-harvey-shack": {"scale": 1.0, "sigma": 0.5, "length": 1000.0},
 }
 
 

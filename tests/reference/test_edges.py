@@ -1,23 +1,30 @@
 """What the conventions say where angles end: at grazing, at the normal, and whichever way the surface is turned."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 from gonio import Geometry, catalogue
+from gonio.optics.masking import maxwell_beard, v_groove
+from gonio.optics.wu import shadowing
 
 LEAST = 1e-6  # formulas 0: cosines are kept above this
+STRETCH = {"anisotropic"}  # 0 at default; Ward's two widths have the same default and the same bounds
 EVERYWHERE = np.random.default_rng(5).uniform(0, [[85], [85], [360]], (3, 60))
 
 
 @pytest.mark.parametrize("name", list(catalogue))
-def test_only_the_angle_between_the_azimuths_counts(name):
-    """At default shape every surface is isotropic: turned under the light, it looks the same."""
+@pytest.mark.parametrize("where", [None, 0.5], ids=["default", "middle"])
+def test_only_the_angle_between_the_azimuths_counts(name, where):
+    """Where no axis of the surface is preferred, it looks the same when turned under the light."""
     model = catalogue[name]
+    middle = {n: p.lower + (p.upper - p.lower) * where for n, p in model.shape.items() if where and n not in STRETCH}
+    shape = {n: np.asarray(value) for n, value in middle.items()}
     values = model.mueller_basis if model.polarised else model.basis
-    expected = values(Geometry.from_degrees(*EVERYWHERE), {})
-    turned = values(Geometry.from_degrees(*EVERYWHERE, 63.0), {})
+    expected = values(Geometry.from_degrees(*EVERYWHERE), shape)
+    turned = values(Geometry.from_degrees(*EVERYWHERE, 63.0), shape)
     for weight in model.weights:
         size = np.max(np.abs(expected[weight]))
         np.testing.assert_allclose(turned[weight], expected[weight], rtol=1e-7, atol=1e-10 * size)
@@ -35,6 +42,32 @@ def test_cosines_at_grazing():
     assert float(Geometry.from_degrees(90.0, 90.0, 0.0, 90.0).slope_y) == pytest.approx(2 / (2 * LEAST))
     # the facet that mirrors grazing light forwards is seen at grazing: half the sum of the directions is at its least
     assert float(opposite.cos_beta) == pytest.approx(LEAST / 2)
+
+
+def test_nothing_hides_a_facet_from_above():
+    """Light and view along the normal: every masking function is 1 there (formulas 3)."""
+    g = Geometry.from_degrees(0.0, 0.0)
+    assert float(v_groove(g)) == 1.0
+    assert float(shadowing(g)) == 1.0
+    assert float(maxwell_beard(g, np.asarray(14.0), np.asarray(40.0))) == 1.0
+
+
+def test_shadows_of_crowns_that_meet():
+    """Li's kernel at directions near enough for the shadows to overlap, in angles, over a grid (formulas 7.13)."""
+    overlapping = 0
+    for theta_i, theta_r, phi in itertools.product((10.0, 25.0, 40.0), (5.0, 30.0, 45.0), (0.0, 20.0, 70.0, 130.0)):
+        t_i, t_r, p = (math.radians(a) for a in (theta_i, theta_r, phi))
+        secants = 1 / math.cos(t_i) + 1 / math.cos(t_r)
+        apart = math.tan(t_i) ** 2 + math.tan(t_r) ** 2 - 2 * math.tan(t_i) * math.tan(t_r) * math.cos(p)
+        sideways = (math.tan(t_i) * math.tan(t_r) * math.sin(p)) ** 2
+        t = math.acos(min(1.0, 2 * math.sqrt(apart + sideways) / secants))
+        overlapping += t > 0
+        phase = math.cos(t_i) * math.cos(t_r) + math.sin(t_i) * math.sin(t_r) * math.cos(p)
+        lit = (1 + phase) / (2 * math.cos(t_i) * math.cos(t_r))
+        kernel = (t - math.sin(t) * math.cos(t)) * secants / math.pi - secants + lit
+        found = catalogue["ross-li"].basis(Geometry.from_degrees(theta_i, theta_r, phi), {})["fgeo"]
+        assert float(found) == pytest.approx(kernel / math.pi, rel=1e-9, abs=1e-12)
+    assert 0 < overlapping < 36
 
 
 def test_angles_at_the_normal():

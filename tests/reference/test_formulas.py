@@ -157,6 +157,16 @@ def test_fresnel_at_its_edges():
             assert all(np.isfinite(np.asarray(slope)).all() for slope in slopes)
 
 
+def test_fresnel_of_dielectrics_against_cooks_form():
+    """Real indices: the form with g = sqrt(n^2 + c^2 - 1), and 1 where g is imaginary (formulas 1)."""
+    random = np.random.default_rng(8)
+    n, cos = random.uniform(0.3, 3, 500), random.uniform(1e-3, 1, 500)
+    squared = n**2 + cos**2 - 1
+    g = np.sqrt(np.where(squared > 0, squared, np.nan))
+    cook = 0.5 * ((g - cos) / (g + cos)) ** 2 * (1 + ((cos * (g + cos) - 1) / (cos * (g - cos) + 1)) ** 2)
+    np.testing.assert_allclose(unpolarised(cos, n, 0 * n), np.where(squared > 0, cook, 1.0), rtol=1e-9, atol=1e-15)
+
+
 def test_fresnel_against_complex_arithmetic():
     """The real form against Fresnel's own, in complex numbers, over random indices and angles."""
     random = np.random.default_rng(7)

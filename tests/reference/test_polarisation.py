@@ -158,7 +158,7 @@ def test_emissivity_by_kirchhoff():
     with pytest.raises(ValueError, match="leaves nothing to emit"):
         emissivity(model, {"kd": 1.3}, 20.0)
     with pytest.raises(ValueError, match="too narrow"):
-        emissivity(model, {"ks": 1.0, "s": 0.01, "q": 20.0}, 20.0)
+        emissivity(model, {"ks": 1.0, "s": 0.001, "q": 20.0}, 20.0)
 
 
 def test_emissivity_of_a_polished_surface_is_fresnels():

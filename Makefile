@@ -8,7 +8,7 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench real-surfaces catalogue figures crosscheck lock clean
+.PHONY: demo test check bench real-surfaces catalogue figures crosscheck mutation lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -39,6 +39,10 @@ SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv
 figures: $(VENV)/.gonio
 	$(BIN)/gonio plot $(SCAN) --models torrance-sparrow,cauchy-lorentz,cauchy-lorentz-reciprocal \
 		--group ks=theta_i --group rho_s=theta_i --weighting relative --out docs/images/readme.png --force
+
+# Breaks every sign, cosine and prefactor of every term in turn: a test must fail each time; writes docs/mutation.md.
+mutation: $(VENV)/.test $(VENV)/.gonio
+	$(THREADS) $(BIN)/python tests/mutation.py
 
 # Mitsuba 3 and NIST's SCATMECH, which compiles for minutes, against gonio; rewrites tests/reference/peers.
 PEERS := .venv-peers

@@ -15,8 +15,8 @@ def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
     """A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9)."""
     squared = shift_squared(geometry)
     xp = namespace(squared)
-    # the mirror direction has no logarithm, and a power below 1 no slope there
-    distance = xp.where(squared < 1e-20, 1e-20, squared)
+    # the mirror direction, known to the rounding of unit vectors, has no logarithm, and a power below 1 no slope there
+    distance = xp.where(squared < 1e-32, 1e-32, squared)
     return 1 / (B + distance ** (g / 2))
 
 

@@ -31,8 +31,9 @@ real-surfaces: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python docs/real_surfaces.py
 
 # docs/catalogue.md and its figures from the declarations of the models.
-catalogue: $(VENV)/.gonio
+catalogue: $(VENV)/.test $(VENV)/.gonio
 	$(BIN)/python docs/catalogue.py
+	$(BIN)/ruff format -q docs/catalogue.md
 
 # The figure of the README, from a scan beside the project.
 SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv

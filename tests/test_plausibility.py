@@ -105,7 +105,7 @@ def test_fits_by_incidence_and_channel(tmp_path):
     verdicts = check(str(tmp_path / "relative.nc"), {})["relative.nc"]
     assert verdicts[1].holds
     assert "relative" in verdicts[2].why
-    with pytest.raises(ValueError, match="--set belongs to a model"):
+    with pytest.raises(ValueError, match="--set, --material and --samples belong to a model"):
         check(str(tmp_path / "relative.nc"), {"ks": 1.0})
 
 

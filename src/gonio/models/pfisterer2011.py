@@ -11,12 +11,15 @@ RollOff = Annotated[float, Parameter(0.001, 1e-8, 10.0, "level at which the lobe
 Exponent = Annotated[float, Parameter(2.0, 0.0, 6.0, "exponent of the wing; 0 is ideal diffuse reflection")]
 
 
+ROUNDING = 1e-32  # of a squared distance of unit vectors
+
+
 def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
     """A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9)."""
     squared = shift_squared(geometry)
     xp = namespace(squared)
-    # the mirror direction, known to the rounding of unit vectors, has no logarithm, and a power below 1 no slope there
-    distance = xp.where(squared < 1e-32, 1e-32, squared)
+    # the mirror direction itself has no logarithm, and a power below 1 no slope there
+    distance = xp.where(squared < ROUNDING, ROUNDING, squared)
     return 1 / (B + distance ** (g / 2))
 
 

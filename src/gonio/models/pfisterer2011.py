@@ -2,7 +2,6 @@
 
 from typing import Annotated
 
-from gonio.arrays import namespace
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter
 from gonio.optics.kirchhoff import shift_squared
@@ -16,11 +15,8 @@ ROUNDING = 1e-32  # of a squared distance of unit vectors
 
 def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
     """A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9)."""
-    squared = shift_squared(geometry)
-    xp = namespace(squared)
     # the mirror direction itself has no logarithm, and a power below 1 no slope there
-    distance = xp.where(squared < ROUNDING, ROUNDING, squared)
-    return 1 / (B + distance ** (g / 2))
+    return 1 / (B + (shift_squared(geometry) + ROUNDING) ** (g / 2))
 
 
 abg = Model(

@@ -74,7 +74,7 @@ def test_models_that_tie_stand_with_the_simpler_first():
         assert max(metrics) < 1e-9 or metrics[-1] <= metrics[0] * (1 + TIE)
     one, two = (SimpleNamespace(metrics={"E": e}, free_parameters=n) for e, n in ((0.1, 5), (0.1 * (1 + 1e-9), 2)))
     three = SimpleNamespace(metrics={"E": float("nan")}, free_parameters=1)
-    assert _ordered([three, one, two], "E") == [two, one, three]
+    assert _ordered([three, one, two], lambda row: row.metrics["E"]) == [two, one, three]
 
 
 def test_rank_orders_and_routes_options(aluminium):

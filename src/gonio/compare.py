@@ -1,8 +1,8 @@
 """How far two reflectances are apart, and which of several models is nearest to a scan."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.fitting import fit
+from gonio.fit.hold_out import predictions
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
@@ -133,6 +134,11 @@ class Row:
     free_parameters: int
     metrics: Mapping[str, float]
     by_incidence: Mapping[float, Mapping[str, float]]
+    aicc: float
+    bic: float
+    farthest: float
+    validated: Mapping[str, float] = field(default_factory=dict)
+    by_fold: Mapping[str, float] = field(default_factory=dict)
 
 
 def predict(model: Model, solution: Solution, points: xr.Dataset) -> Values:
@@ -140,8 +146,15 @@ def predict(model: Model, solution: Solution, points: xr.Dataset) -> Values:
     return np.asarray(model(dataset.geometry(points), solution.at(points)), dtype=float)
 
 
+VALIDATED = ("delta", "log10_rmse")
+
+
 def assess(problem: Problem, solution: Solution) -> Row:
-    """A fit and its metrics over the points that it was fitted to, E under the weights of the fit."""
+    """A fit and its metrics over the points that it was fitted to, E under the weights of the fit.
+
+    AICc and BIC (burnham2002) take the residuals of the fit as independent and Gaussian, with a variance that is fitted
+    too; only their differences between models of one scan and one weighting mean something.
+    """
     modelled = predict(problem.model, solution, problem.points)
     weights = None if problem.logarithmic else problem.root_weights**2
     return Row(
@@ -150,7 +163,45 @@ def assess(problem: Problem, solution: Solution) -> Row:
         len(problem.names),
         metrics(problem.points, modelled, weights),
         metrics_by_incidence(problem.points, modelled),
+        *information_criteria(float(problem.scale * solution.cost), len(problem.measured), len(problem.names)),
+        float(problem.points["theta_r"].max()),
     )
+
+
+def information_criteria(squares: float, points: int, free: int) -> tuple[float, float]:
+    """AICc and BIC (burnham2002) of a sum of squared residuals; NaN where the points do not outnumber the values."""
+    k = free + 1
+    if points <= k + 1:
+        return math.nan, math.nan
+    deviance = points * math.log(max(squares, np.finfo(float).tiny) / points)
+    return deviance + 2 * k + 2 * k * (k + 1) / (points - k - 1), deviance + k * math.log(points)
+
+
+def validate(problem: Problem, row: Row, by: str) -> Row:
+    """The row with what its model predicts for parts that the fit was not shown (`fit.hold_out.folds` says which).
+
+    `validated` holds the metrics over all left-out points, `by_fold` lg RMSE of each part.
+    Raises ValueError where a part cannot be predicted.
+    """
+    modelled, parts = predictions(problem, row.solution, by)
+    seen = np.flatnonzero(np.isfinite(modelled))
+    left_out = metrics(problem.points.isel(direction=seen), modelled[seen])
+    by_fold = {}
+    for name, left in parts:
+        at = np.flatnonzero(left)
+        by_fold[name] = metrics(problem.points.isel(direction=at), modelled[at])["log10_rmse"]
+    return replace(row, validated={name: left_out[name] for name in VALIDATED}, by_fold=by_fold)
+
+
+def behind(row: Row, best: Row) -> tuple[float, float]:
+    """By how much a model's left-out lg RMSE exceeds the best one's: mean over the parts and its standard error.
+
+    NaN for the error with fewer than two parts. A difference below twice its error means nothing.
+    """
+    differences = np.array([row.by_fold[name] - error for name, error in best.by_fold.items()])
+    if differences.size < 2:
+        return float(np.mean(differences)), math.nan
+    return float(np.mean(differences)), float(np.std(differences, ddof=1) / math.sqrt(differences.size))
 
 
 def rank(
@@ -160,9 +211,13 @@ def rank(
     by: str = "E",
     solver: Solver | None = None,
     progress: Progress = silent,
+    left_out: str = "",
     **options: Any,
 ) -> list[Row]:
     """Fit several models to one scan and order them by a metric, the nearest first, ties by fewer free values.
+
+    With `left_out` (`theta_i`, `out-of-plane`, or a number of blocks) each is validated, and the order is by lg RMSE of
+    what was left out.
 
     `options` are those of Problem; held, grouped, shared and bounded names apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
@@ -172,16 +227,17 @@ def rank(
     rows = []
     for done, model in enumerate(models, start=1):
         problem = Problem(model, scan, **_for_model(model, models, options))
-        rows.append(assess(problem, fit(problem, solver)))
+        row = assess(problem, fit(problem, solver))
+        rows.append(validate(problem, row, left_out) if left_out else row)
         progress(done / len(models))
-    return _ordered(rows, by)
+    return _ordered(rows, (lambda row: row.validated["log10_rmse"]) if left_out else (lambda row: row.metrics[by]))
 
 
-def _ordered(rows: Sequence[Row], by: str) -> list[Row]:
-    """By metric; of models that agree in it to a millionth the simpler first, because rounding decides nothing."""
+def _ordered(rows: Sequence[Row], of: Callable[[Row], float]) -> list[Row]:
+    """By an error; of models that agree in it to a millionth the simpler first, because rounding decides nothing."""
     out: list[list[Row]] = []
-    for row in sorted(rows, key=lambda row: (math.isnan(row.metrics[by]), row.metrics[by])):
-        if out and math.isclose(out[-1][0].metrics[by], row.metrics[by], rel_tol=TIE):
+    for row in sorted(rows, key=lambda row: (math.isnan(of(row)), of(row))):
+        if out and math.isclose(of(out[-1][0]), of(row), rel_tol=TIE):
             out[-1].append(row)
         else:
             out.append([row])

@@ -86,7 +86,8 @@ class Model:
     """A BRDF model [1/sr, without the cosine]: name, terms by weight, and what is known about its physics.
 
     `violates` names a law of physics that the model breaks and says why; `confidence` is "confirmed" where the
-    formula was read in its source and "reconstructed" where only an abstract was.
+    formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers made of
+    several parameters that data tell better than the parameters themselves.
     Raises ValueError when two terms declare the same shape parameter differently.
     """
 
@@ -96,6 +97,7 @@ class Model:
     terms: Mapping[str, Term]
     violates: Mapping[str, str] = field(default_factory=dict)
     confidence: str = "confirmed"
+    combinations: Mapping[str, Callable[[Mapping[str, float]], float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         declared: dict[str, Parameter] = {}

@@ -234,6 +234,22 @@ def test_compare_json(run, scan_file):
     assert set(found["ranking"][0]["metrics"]) == {"delta", "E", "nrmse", "log10_rmse"}
 
 
+def test_compare_by_what_is_left_out(run, scan_file):
+    """Ranking rows say what was predicted where nothing was shown."""
+    names = ("compare", scan_file, "--models", "lambert,torrance-sparrow,cauchy-lorentz", "--validate", "theta_i")
+    ranking = as_json(run, *names)[0]["ranking"]
+    errors = [row["validated"]["log10_rmse"] for row in ranking]
+    assert errors == sorted(errors)
+    assert all(set(row["validated"]) == {"delta", "log10_rmse"} for row in ranking)
+    assert all(row["aicc"] < row["bic"] + 100 and set(row["by_fold"]) for row in ranking)
+    _, out, _ = run(*names)
+    assert "left out" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+    code, _, err = run(*names, "--group", "ks=theta_i")
+    assert code == 1
+    assert "do not group ks" in err
+
+
 def test_info_json(run, scan_file):
     found = as_json(run, "info", scan_file)
     assert found["format"] == "tidy CSV"

@@ -105,6 +105,10 @@ def compare_models(
     seed: Seed = 0,
     rank_by: Annotated[str, typer.Option("--rank", help="delta, E, nrmse or log10_rmse")] = "E",
     by_incidence: Annotated[bool, typer.Option("--by-incidence", help="nRMSE at each incidence angle too")] = False,
+    validate: Annotated[
+        str,
+        typer.Option("--validate", metavar="BY", help="rank by what is left out: theta_i, out-of-plane, 5 (blocks)"),
+    ] = "",
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
@@ -126,6 +130,7 @@ def compare_models(
                 chosen,
                 by=rank_by,
                 solver=search,
+                left_out=validate,
                 progress=lambda f, done=done: progress((done + f) / len(loaded)),  # type: ignore[misc]
                 **options,
             )
@@ -187,6 +192,10 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
             "free_parameters": row.free_parameters,
             "status": str(row.solution.status),
             "metrics": dict(row.metrics),
+            "aicc": row.aicc,
+            "bic": row.bic,
+            "validated": dict(row.validated),
+            "by_fold": dict(row.by_fold),
             "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
         }
         for row in rows
@@ -215,6 +224,8 @@ def _show_fit(scan: Path, row: "Row", out: str) -> None:
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
     terminal.print(present.solution_table(row.solution))
+    for line in present.verdict_lines(row):
+        terminal.print(line)
     terminal.print(present.metrics_table(row.metrics))
     if out:
         terminal.print(f"wrote {out}/")

@@ -216,6 +216,8 @@ def material_lines(material: "Material") -> Iterator[Any]:
 
 def solution_record(row: "Row") -> dict[str, Any]:
     """A fit as plain data."""
+    from gonio.fit.identifiability import combinations, verdicts
+
     attrs = row.solution.dataset.attrs
     return {
         "model": attrs["model"],
@@ -226,6 +228,20 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "weighting": attrs["weighting"],
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),
+        "aicc": row.aicc,
+        "bic": row.bic,
+        "verdicts": {
+            v.name: {
+                "determined": v.determined,
+                "inflation": v.inflation,
+                "partners": list(v.partners),
+                "words": v.words,
+            }
+            for v in verdicts(row.solution, row.farthest)
+        },
+        "combinations": {
+            c.name: {"value": c.value, "uncertainty": c.uncertainty} for c in combinations(row.model, row.solution)
+        },
     }
 
 
@@ -237,6 +253,19 @@ def solution_table(solution: "Solution") -> "Table":
         out.add_row(name, uncertain(value, spread), label(str(unit)))
     out.columns[2].justify = "left"
     return out
+
+
+def verdict_lines(row: "Row") -> Iterator[str]:
+    """What the data do not tell, in words, and what they tell instead; nothing where all is determined."""
+    from rich.markup import escape
+
+    from gonio.fit.identifiability import combinations, verdicts
+
+    for verdict in verdicts(row.solution, row.farthest):
+        if not verdict.determined:
+            yield f"[bold]{escape(verdict.name)}[/bold]: {escape(verdict.words)}"
+    for found in combinations(row.model, row.solution):
+        yield f"[bold]{escape(found.name)}[/bold]: determined, {uncertain(found.value, found.uncertainty)}"
 
 
 def metrics_table(metrics: Mapping[str, float]) -> "Table":
@@ -253,6 +282,8 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models side by side, with the drop of nRMSE against the paper's two references, as in Tables 2 and 3."""
     from gonio.compare import METRICS, drop, reference_errors
 
+    if rows and rows[0].validated:
+        return _validated_table(scan, rows)
     references = reference_errors(rows)
     heads = [metric.title for metric in METRICS.values()]
     out = table("model", "free", *heads, *(f"vs {name}" for name in references), title=scan)
@@ -260,6 +291,33 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
         own = row.metrics["nrmse"]
         drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
         out.add_row(row.model.name, str(row.free_parameters), *(figure(row.metrics[n]) for n in METRICS), *drops)
+    return out
+
+
+def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
+    """Models by their error where they were not shown the measurement, and which differences mean something."""
+    from gonio.compare import behind
+
+    out = table("model", "free", "lg RMSE", "left out", "behind the first", "AICc", "BIC", title=scan)
+    for row in rows:
+        mean, error = behind(row, rows[0])
+        if row is rows[0]:
+            apart = "–"
+        else:
+            apart = f"{mean:.4f} ± {error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
+            apart += " alike" if abs(mean) < 2 * error else ""
+        errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
+        out.add_row(
+            row.model.name,
+            str(row.free_parameters),
+            *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
+            apart,
+            *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
+        )
+    out.caption, out.caption_justify = (
+        "behind the first: mean over the parts ± standard error; alike within twice that",
+        "left",
+    )
     return out
 
 

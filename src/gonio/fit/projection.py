@@ -2,18 +2,18 @@
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import least_squares
 
+from gonio.fit.descent import Descent, descend, polish
 from gonio.fit.linear import bounded_least_squares
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Optimum
 from gonio.fit.solver import Progress, silent
 
 Values = npt.NDArray[np.float64]
+BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one found twice differs by rounding
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,27 @@ class Projection:
             weights, residual = reduced.solve(problem.shape_start)
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
-        found = [self._descend(reduced, start) for start in self._starts(reduced)]
-        found.sort(key=lambda end: end.cost)
-        history, rounds = [found[0].cost], 0
-        while rounds < self.rounds:
-            rounds += 1
+        best = self._best(reduced, self._starts(reduced))
+        history = [best.cost]
+        for rounds in range(1, self.rounds + 1):
             progress(rounds / self.rounds)
-            better = [self._descend(reduced, point) for point in self._crossings(reduced, found[0])]
-            better.sort(key=lambda end: end.cost)
-            if not better or not better[0].cost < found[0].cost * (1 - 1e-12):
+            better = self._crossings(reduced, best)
+            found = self._best(reduced, better) if better else best
+            if not found.cost < best.cost * (1 - BETTER):
                 break
-            found.insert(0, better[0])
-            history.append(found[0].cost)
-        shape = reduced.shape(found[0].point)
+            best = found
+            history.append(best.cost)
+        shape = reduced.shape(best.point)
         vector = np.concatenate([reduced.solve(shape)[0], shape])
-        return Optimum(vector, found[0].cost, found[0].exhausted, reduced.evaluations, np.array(history))
+        return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history))
+
+    def _best(self, reduced: "_Reduced", starts: list[Values]) -> Descent:
+        """The lowest minimum downhill of several starts; the last digits of that one alone."""
+        ends = [
+            descend(reduced.residual, start, 0.0, 1.0, scale=1.0, max_steps=self.max_steps, last_digits=False)
+            for start in starts
+        ]
+        return polish(reduced.residual, min(ends, key=lambda end: end.cost), 0.0, 1.0, scale=1.0)
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
         """The most promising points of a grid, in unit coordinates: its local minima, best first."""
@@ -77,7 +83,7 @@ class Projection:
         order = minima[np.argsort(costs.ravel()[minima])]
         return [points[k] for k in order[: self.searches]]
 
-    def _crossings(self, reduced: "_Reduced", end: "_End") -> list[Values]:
+    def _crossings(self, reduced: "_Reduced", end: Descent) -> list[Values]:
         """Better points straight along each coordinate from a minimum.
 
         Where a weight is zero its shape has no slope, and the grid, coarse in the other coordinates, can miss the lobe
@@ -89,60 +95,28 @@ class Projection:
             line[:, k] = np.linspace(0.0, 1.0, self.line)
             costs = np.array([reduced.cost(point) for point in line])
             at = int(np.argmin(costs))
-            if costs[at] < end.cost * (1 - 1e-12):
+            if costs[at] < end.cost * (1 - BETTER):
                 better.append(line[at])
         return better
-
-    def _descend(self, reduced: "_Reduced", start: Values) -> "_End":
-        found = least_squares(
-            reduced.residual,
-            np.clip(start, 1e-9, 1 - 1e-9),
-            bounds=(0.0, 1.0),
-            jac="3-point",
-            xtol=1e-15,
-            ftol=1e-15,
-            gtol=1e-15,
-            max_nfev=self.max_steps,
-        )
-        point, cost = found.x, reduced.cost(found.x)
-        for k in range(reduced.dimensions):  # the search stays strictly inside: a bound itself may be better
-            for edge in (0.0, 1.0):
-                if abs(point[k] - edge) < 0.02:
-                    at_edge = point.copy()
-                    at_edge[k] = edge
-                    if (edge_cost := reduced.cost(at_edge)) <= cost:
-                        point, cost = at_edge, edge_cost
-        return _End(point, cost, found.status == 0)
 
     def _search_logarithmic(self, problem: Problem, progress: Progress) -> Optimum:
         """Logarithms are not linear in the weights: start where relative errors are least, then search everything."""
         near = self.search(replace(problem, weighting="relative"), progress)
         span = np.where(np.isfinite(problem.upper), problem.upper, np.inf)
         inside = np.clip(near.vector, problem.lower + 1e-12 * np.maximum(np.abs(near.vector), 1), span)
-        found = least_squares(
+        found = descend(
             problem.residual,
             inside,
-            bounds=(problem.lower, problem.upper),
-            x_scale=np.maximum(np.abs(inside), 1e-6),
-            jac="3-point",
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-            max_nfev=self.max_steps,
+            problem.lower,
+            problem.upper,
+            scale=np.maximum(np.abs(inside), 1e-6),
+            max_steps=self.max_steps,
         )
-        cost = float(problem.cost(problem.residual(found.x)))
+        cost = float(problem.cost(problem.residual(found.point)))
         start_cost = float(problem.cost(problem.residual(near.vector)))
-        vector = found.x if cost <= start_cost else near.vector
+        vector = found.point if cost <= start_cost else near.vector
         history = np.minimum.accumulate([start_cost, cost])
-        return Optimum(vector, float(history[-1]), found.status == 0, near.evaluations + found.nfev, history)
-
-
-class _End(NamedTuple):
-    """Where a local search ended, in unit coordinates."""
-
-    point: Values
-    cost: float
-    exhausted: bool
+        return Optimum(vector, float(history[-1]), found.exhausted, near.evaluations + found.evaluations, history)
 
 
 class _Reduced:

@@ -45,6 +45,7 @@ cauchy_lorentz = Model(
         "reciprocity": "the directional-diffuse lobe depends on theta_r alone",
         "energy": "the lobe is not normalised, so no weight is a reflectance and nothing bounds their sum",
     },
+    combinations={"kdd/(pi gamma)": lambda values: values["kdd"] / (math.pi * values["gamma"])},
 )
 
 cauchy_lorentz_reciprocal = Model(

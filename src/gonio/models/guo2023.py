@@ -3,12 +3,11 @@
 import math
 from typing import Annotated
 
-from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerDegree, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian, uniform
 from gonio.optics.facets import gaussian_facets
-from gonio.optics.lorentz import hemispherical_integral
+from gonio.optics.lorentz import hemispherical_integral, profile
 from gonio.optics.sampling import PolarLobe, draw_lorentz_angle, lorentz_angle
 from gonio.units import to_radians
 
@@ -28,12 +27,7 @@ def lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerDegree:
 @drawn_by(LORENTZ)
 def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
     """The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5)."""
-    product = _lorentz(g.theta_i_deg, gamma) * _lorentz(g.theta_r_deg, gamma)
-    return product / hemispherical_integral(gamma)
-
-
-def _lorentz(theta: Array, gamma: Array) -> Array:
-    return 1 / (1 + (theta / gamma) ** 2)
+    return profile(g.theta_i_deg, gamma) * profile(g.theta_r_deg, gamma) / hemispherical_integral(gamma)
 
 
 cauchy_lorentz = Model(

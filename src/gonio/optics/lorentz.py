@@ -1,10 +1,15 @@
-"""The hemispherical integral of a Cauchy-Lorentz lobe about the normal (formulas 5)."""
+"""The Cauchy-Lorentz lobe about the normal and its hemispherical integral (formulas 5)."""
 
 import math
 
 from gonio.arrays import Array, align
 from gonio.optics.quadrature import unit_interval
 from gonio.units import to_radians
+
+
+def profile(theta: Array, gamma: Array) -> Array:
+    """The lobe at `theta`, 1 at the normal and 1/2 at the half width `gamma`; both in degrees."""
+    return 1 / (1 + (theta / gamma) ** 2)
 
 
 def hemispherical_integral(gamma: Array) -> Array:

@@ -242,10 +242,11 @@ def draw_cosine_power(u: Array, v: Array, n: Array) -> Slopes:
     return _turned(xp.sqrt(xp.expm1(-2 * xp.log1p(-u) / (n + 2))), v)
 
 
-def draw_gtr(u: Array, v: Array, width: Array, c: float) -> Slopes:
-    """Slopes by generalised Trowbridge and Reitz of exponent `c` (burley2012)."""
+def draw_gtr(u: Array, v: Array, width: Array, c: Array) -> Slopes:
+    """Slopes by generalised Trowbridge and Reitz of exponent `c` >= 1 (burley2012)."""
     xp = namespace(u)
-    fall = 1 - c if abs(1 - c) > NEAR else NEAR
+    fall = 1 - c - 0 * u  # an array, whatever `c` is
+    fall = xp.where(fall > -NEAR, -NEAR, fall)
     squared = xp.where(xp.abs(width - 1) < NEAR, 1 - NEAR, width) ** 2
     least = xp.log(squared)
     risen = xp.log1p(u * xp.expm1(-fall * least)) / fall

@@ -23,6 +23,7 @@ from gonio.app.options import (
     Select,
     Setting,
     Share,
+    Smoothed,
     SolverName,
     Wavelength,
     Weigh,
@@ -57,6 +58,7 @@ def fit_scan(
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -77,7 +79,7 @@ def fit_scan(
     from gonio.fit import fit
 
     data = read_scan(scan, blocked, floor, select)
-    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+    options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -97,6 +99,7 @@ def compare_models(
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -124,7 +127,7 @@ def compare_models(
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
             rows = rank(
                 data,
                 chosen,
@@ -154,6 +157,7 @@ def plot_scan(
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -178,7 +182,7 @@ def plot_scan(
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):

@@ -28,6 +28,9 @@ Hold = Annotated[
 ]
 Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
 Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
+Smoothed = Annotated[
+    list[str], typer.Option("--smooth", metavar="NAME=COORD", help="smooth over it, as in sigma=wavelength[:strength]")
+]
 Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
 Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
@@ -67,6 +70,7 @@ def problem_options(
     hold: list[str],
     group: list[str],
     share: list[str],
+    smooth: list[str],
     bound: list[str],
     weighting: str,
     material: str,
@@ -79,6 +83,7 @@ def problem_options(
         "held": arguments.held(hold, data),
         "grouped": arguments.groups(group),
         "shared": tuple(share),
+        "smooth": arguments.smooth(smooth),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
     }

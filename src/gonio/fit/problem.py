@@ -10,6 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.axes import Axes
+from gonio.fit.smooth import Smooth, Smoothing, declared, penalty_rows
 from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
@@ -55,6 +56,8 @@ class Problem:
     shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
         describe the surface.
+    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
+        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
@@ -66,6 +69,7 @@ class Problem:
     held: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
     grouped: Grouping = field(default_factory=dict)
     shared: tuple[str, ...] = ()
+    smooth: Smoothing = field(default_factory=dict)
     weighting: str = "uniform"
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
@@ -73,6 +77,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
+        named |= {"smooth": self.smooth}
         for what, names in named.items():
             for name in names:
                 if name not in self.model.parameters:
@@ -88,6 +93,17 @@ class Problem:
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
         _ = self.root_weights
+
+    @functools.cached_property
+    def smoothed(self) -> dict[str, Smooth]:
+        """What is smooth, by name, each in full."""
+        return declared(self.smooth, self.points, self.held, self.shared)
+
+    @functools.cached_property
+    def penalty(self) -> Values:
+        """Rows (m, n) of the residual that hold a vector of values smooth, none where nothing is; they see no data."""
+        rows: Values = penalty_rows(self.smoothed, self.free, self.points) * math.sqrt(self.scale)
+        return rows
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
@@ -138,6 +154,8 @@ class Problem:
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
             by += tuple(s for s in dataset.sets(self.points) if s not in by)
+        if name in self.smoothed and self.smoothed[name].by not in by:
+            by += (self.smoothed[name].by,)
         own = self._own_wavelength(name)
         by = ("wavelength",) if isinstance(own, Mapping) else by
         labels, group = self._groups(by)
@@ -158,7 +176,7 @@ class Problem:
 
     def _own_wavelength(self, name: str) -> float | dict[str, float] | None:
         """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
-        asked = any(name in names for names in (self.held, self.grouped, self.bounds))
+        asked = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
         if name != "wavelength" or asked or name not in self.model.shape or name not in self.points.coords:
             return None
         size = UNITS[self.model.shape[name].unit].size
@@ -217,7 +235,9 @@ class Problem:
         """The free shape parameters as coordinates from 0 to 1, between the problem's bounds or narrower ones."""
         n = self.n_weights
         parameters = [self.model.shape[e.name] for e in self.free_shape for _ in e.labels]
-        return Axes(parameters, self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper)
+        evenly = [e.name in self.smoothed for e in self.free_shape for _ in e.labels]
+        low, high = self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper
+        return Axes(parameters, low, high, evenly)
 
     def design(self, shape: Values) -> tuple[Values, Values]:
         """The matrix whose product with the weights is the BRDF, and the part of held weights.
@@ -251,8 +271,16 @@ class Problem:
         return out
 
     def residual(self, vector: Values) -> Values:
-        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11)."""
-        return self.difference(self.brdf(vector))
+        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11), then a penalty."""
+        difference = self.difference(self.brdf(vector))
+        return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
+
+    def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
+        """A weighted design and its target for one shape, with the rows of the penalty below."""
+        if not len(self.penalty):
+            return matrix, target
+        weights, bent = self.penalty[:, : self.n_weights], self.penalty[:, self.n_weights :] @ shape
+        return np.concatenate([matrix, weights]), np.concatenate([target, -bent])
 
     def difference(self, modelled: Values) -> Values:
         """The residual of BRDF values that are there already."""

@@ -65,6 +65,22 @@ def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.
     return data
 
 
+def read_joint(scans: "list[tuple[Path, xr.Dataset]]", joint: bool) -> "xr.Dataset":
+    """The one scan, or several joined under the names of their files."""
+    from gonio.measured.dataset import join
+
+    if len(scans) == 1:
+        return scans[0][1]
+    if not joint:
+        raise ValueError(f"{len(scans)} scans are given: add --joint to fit them together, or fit one at a time")
+    names = [path.stem for path, _ in scans]
+    if len(set(names)) < len(names):
+        names = [str(path) for path, _ in scans]
+    if len(set(names)) < len(names):
+        raise ValueError("a scan is given twice")
+    return join(dict(zip(names, (data for _, data in scans), strict=True)))
+
+
 def problem_options(
     data: "xr.Dataset",
     hold: list[str],

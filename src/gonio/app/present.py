@@ -230,6 +230,8 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "metrics": dict(row.metrics),
         "aicc": row.aicc,
         "bic": row.bic,
+        "effective_values": row.effective_values,
+        "smooth": {name: one._asdict() for name, one in row.solution.smooth.items()},
         "verdicts": {
             v.name: {
                 "determined": v.determined,
@@ -245,14 +247,57 @@ def solution_record(row: "Row") -> dict[str, Any]:
     }
 
 
-def solution_table(solution: "Solution") -> "Table":
+MOST_GROUPS = 6  # values of a parameter that are listed under each other; more are columns beside other parameters
+COLUMNS_A_TABLE = 3
+
+
+def solution_tables(solution: "Solution") -> "Iterator[Table]":
+    """Every value with its uncertainty; parameters of many groups in tables of one row a group."""
+    parameters = solution.parameters()
+    long = {name: p for name, p in parameters.items() if len(p.get("values", ())) > MOST_GROUPS}
+    if len(long) < len(parameters):
+        yield _listed({name: p for name, p in parameters.items() if name not in long})
+    for by in dict.fromkeys(p["by"] for p in long.values()):
+        names = [name for name, p in long.items() if p["by"] == by]
+        for start in range(0, len(names), COLUMNS_A_TABLE):
+            yield _by_group(by, {name: long[name] for name in names[start : start + COLUMNS_A_TABLE]})
+
+
+def _listed(parameters: Mapping[str, Any]) -> "Table":
     out = table("parameter", "value ± standard uncertainty", "unit", left=1)
-    units = solution.dataset["unit"].values
-    pairs = zip(solution.values.items(), solution.uncertainties.values(), units, strict=True)
-    for (name, value), spread, unit in pairs:
-        out.add_row(name, uncertain(value, spread), label(str(unit)))
+    for name, p in parameters.items():
+        values = {f"{name}[{group}]": value for group, value in p["values"].items()} if "by" in p else {name: p}
+        for full, value in values.items():
+            out.add_row(full, uncertain(value["value"], value["uncertainty"]), label(p["unit"]))
     out.columns[2].justify = "left"
     return out
+
+
+def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
+    coordinates = [_with_unit(name, COORDINATE_UNITS.get(name, "")) for name in by.split(",")]
+    heads = [_with_unit(name, label(p["unit"])) for name, p in parameters.items()]
+    out = table(*coordinates, *heads, left=len(coordinates))
+    for group in next(iter(parameters.values()))["values"]:
+        values = [p["values"][group] for p in parameters.values()]
+        out.add_row(*group.split(","), *(uncertain(v["value"], v["uncertainty"]) for v in values))
+    return out
+
+
+COORDINATE_UNITS = {"theta_i": "deg", "theta_r": "deg", "phi": "deg", "wavelength": "nm"}
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def smooth_lines(row: "Row") -> Iterator[str]:
+    """What is held smooth and how strongly, and how many values that leaves; nothing where nothing is."""
+    from rich.markup import escape
+
+    for name, one in row.solution.smooth.items():
+        yield f"{escape(name)} is smooth over {one.by}, strength {figure(float(one.strength))}"
+    if row.solution.smooth:
+        yield f"that leaves {row.effective_values:.1f} of {row.free_parameters} values"
 
 
 def verdict_lines(row: "Row") -> Iterator[str]:
@@ -290,7 +335,7 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
     for row in rows:
         own = row.metrics["nrmse"]
         drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
-        out.add_row(row.model.name, str(row.free_parameters), *(figure(row.metrics[n]) for n in METRICS), *drops)
+        out.add_row(row.model.name, _count(row), *(figure(row.metrics[n]) for n in METRICS), *drops)
     return out
 
 
@@ -309,7 +354,7 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
         errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
         out.add_row(
             row.model.name,
-            str(row.free_parameters),
+            _count(row),
             *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
@@ -319,6 +364,11 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
         "left",
     )
     return out
+
+
+def _count(row: "Row") -> str:
+    """How many values a fit had the use of: a whole number where nothing is smooth."""
+    return f"{row.effective_values:.1f}".removesuffix(".0")
 
 
 def _percent(value: float) -> str:

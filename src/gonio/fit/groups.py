@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fit.descent import FORWARD
-from gonio.fit.problem import Entry, Problem
+from gonio.fit.problem import Entry, Problem, labelled
 from gonio.fit.solution import Optimum
 
 Values = npt.NDArray[np.float64]
@@ -56,8 +56,8 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     if not shared_by or len(problem.penalty):
         return []
     by = next(c for entry in problem.free for c in entry.by if c in shared_by)
-    values = problem.points[by].values
-    rows = [np.flatnonzero(values == value) for value in np.unique(values)]
+    labels, place = labelled(problem.points[by].values)
+    rows = [np.flatnonzero(place == k) for k in range(len(labels))]
     told = problem.root_weights * problem.measured
     if len(rows) < 2 or not all(told[some].any() for some in rows):
         return []

@@ -4,6 +4,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -190,10 +191,10 @@ class Problem:
             if coordinate not in self.points.coords:
                 have = ", ".join(str(c) for c in self.points.coords)
                 raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
-        columns = [np.unique(self.points[c].values, return_inverse=True) for c in by]
-        codes = np.column_stack([inverse for _, inverse in columns])
+        columns = [labelled(self.points[c].values) for c in by]
+        codes = np.column_stack([code for _, code in columns])
         distinct, group = np.unique(codes, axis=0, return_inverse=True)
-        labels = tuple(",".join(label(columns[j][0][k]) for j, k in enumerate(row)) for row in distinct)
+        labels = tuple(",".join(columns[j][0][k] for j, k in enumerate(row)) for row in distinct)
         return labels, group.ravel()
 
     @functools.cached_property
@@ -307,6 +308,17 @@ class Problem:
             values[entry.name] = part if entry.size == 1 else part[..., entry.group]
             at += entry.size
         return values
+
+
+def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
+    """The labels of a coordinate's values in their order, and each value's place among them.
+
+    Numbers that only rounding tells apart have one label, and are one value.
+    """
+    distinct, place = np.unique(values, return_inverse=True)
+    texts = [label(value) for value in distinct]
+    labels = tuple(dict.fromkeys(texts))
+    return labels, np.array([labels.index(text) for text in texts], dtype=np.intp)[place.ravel()]
 
 
 def _held(

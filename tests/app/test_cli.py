@@ -485,6 +485,7 @@ def test_joint_fit(run, tmp_path):
     assert shared["points"] == 116
     code, out, err = run(*at, "--joint")
     assert "fitted to 2 scans jointly" in out
+    assert "ks[dull]" in out
     code, out, err = run("fit", files[0], files[0], "--model", "lambert", "--joint")
     assert "given twice" in err
     other = tmp_path / "again" / "dull.csv"

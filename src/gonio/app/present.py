@@ -264,22 +264,26 @@ def solution_tables(solution: "Solution") -> "Iterator[Table]":
 
 
 def _listed(parameters: Mapping[str, Any]) -> "Table":
+    from rich.markup import escape
+
     out = table("parameter", "value ± standard uncertainty", "unit", left=1)
     for name, p in parameters.items():
         values = {f"{name}[{group}]": value for group, value in p["values"].items()} if "by" in p else {name: p}
         for full, value in values.items():
-            out.add_row(full, uncertain(value["value"], value["uncertainty"]), label(p["unit"]))
+            out.add_row(escape(full), uncertain(value["value"], value["uncertainty"]), label(p["unit"]))
     out.columns[2].justify = "left"
     return out
 
 
 def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
+    from rich.markup import escape
+
     coordinates = [_with_unit(name, COORDINATE_UNITS.get(name, "")) for name in by.split(",")]
     heads = [_with_unit(name, label(p["unit"])) for name, p in parameters.items()]
     out = table(*coordinates, *heads, left=len(coordinates))
     for group in next(iter(parameters.values()))["values"]:
         values = [p["values"][group] for p in parameters.values()]
-        out.add_row(*group.split(","), *(uncertain(v["value"], v["uncertainty"]) for v in values))
+        out.add_row(*map(escape, group.split(",")), *(uncertain(v["value"], v["uncertainty"]) for v in values))
     return out
 
 

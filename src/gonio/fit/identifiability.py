@@ -16,6 +16,7 @@ Mask = npt.NDArray[np.bool_]
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
 TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
 STABLE = 1 / 3  # of the relative uncertainty of either part: a ratio or product that is told although they are not
+NAMED = 4  # partners that a verdict in words names at most
 STEEP = 85.0  # deg: beyond, goniometers see little
 DIFFERENCE = 1e-6  # relative step of the derivative of a declared combination
 
@@ -178,7 +179,8 @@ def _at(names: list[str], inside: npt.NDArray[np.intp], name: str) -> int:
 
 
 def _traded(inflation: float, partners: tuple[str, ...], farthest: float) -> str:
-    listed = " and ".join([", ".join(partners[:-1]), partners[-1]] if len(partners) > 1 else partners)
+    named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
+    listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
     return f"trades off with {listed}, {inflation:.0f} times as uncertain as alone: hold one, or {elsewhere}"
 

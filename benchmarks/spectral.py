@@ -133,9 +133,9 @@ Made by `make spectral` on {date.today().isoformat()}; {machine()}; {load:.1f} r
 ## Smooth values
 
 Torrance-Sparrow at wavelengths with uneven steps, {2 * smooth.COARSE} directions each; ks rises in a straight line,
-kd and sigma bend. All three are smooth with strength `auto`. Errors are relative, rms over all values and {SEEDS} seeds.
-"Best fixed" is the strength, one for all three and on a grid of half decades, that turned out nearest to the truth:
-nobody can know it beforehand.
+kd and sigma bend. All three are smooth with strength `auto`. Errors are relative, rms over all values and
+{SEEDS} seeds. "Best fixed" is the strength, one for all three and on a grid of half decades, that turned out nearest to
+the truth: nobody can know it beforehand.
 
 | wavelengths | noise | free | auto | best fixed | free / auto | auto / best fixed | the worst seed |
 |---|---|---:|---:|---:|---:|---:|---:|

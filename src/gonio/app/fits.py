@@ -228,15 +228,15 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> Non
 
 
 def _show_fit(scans: list[Path], row: "Row", out: str) -> None:
-    from gonio.app import present
+    from gonio.app import fitted_values, present
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {which}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
-    for line in present.smooth_lines(row):
+    for line in fitted_values.smooth_lines(row):
         terminal.print(line)
-    for part in present.solution_tables(row.solution):
+    for part in fitted_values.solution_tables(row.solution):
         terminal.print(part)
     for line in present.verdict_lines(row):
         terminal.print(line)

@@ -57,10 +57,10 @@ class Problem:
     shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
         describe the surface.
-    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
-        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
+        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
@@ -70,15 +70,15 @@ class Problem:
     held: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
     grouped: Grouping = field(default_factory=dict)
     shared: tuple[str, ...] = ()
-    smooth: Smoothing = field(default_factory=dict)
     weighting: str = "uniform"
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    smooth: Smoothing = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
-        named |= {"smooth": self.smooth}
+        named["smooth"] = self.smooth
         for what, names in named.items():
             for name in names:
                 if name not in self.model.parameters:
@@ -313,7 +313,7 @@ class Problem:
 def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
     """The labels of a coordinate's values in their order, and each value's place among them.
 
-    Numbers that only rounding tells apart have one label, and are one value.
+    Numbers that agree in six digits have one label, and are one value.
     """
     distinct, place = np.unique(values, return_inverse=True)
     texts = [label(value) for value in distinct]

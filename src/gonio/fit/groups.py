@@ -28,6 +28,12 @@ def is_grouped(problem: Problem) -> bool:
     return any(entry.size > 1 for entry in problem.free_shape)
 
 
+def weights_couple(problem: Problem) -> bool:
+    """Whether a free weight is told by more than one group of a shape parameter."""
+    grouped = [set(entry.by) for entry in problem.free_shape if entry.size > 1]
+    return any(not by <= set(weight.by) for weight in problem.free_weights for by in grouped)
+
+
 def common(problem: Problem) -> Problem:
     """The same problem with one value for all groups of each free shape parameter, and nothing smooth."""
     free = {entry.name for entry in problem.free_shape}

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fit.descent import Descent, descend, polish
-from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side
+from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fit.linear import bounded_least_squares
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Optimum
@@ -115,9 +115,11 @@ class Projection:
         that would help: a fine line through the minimum sees it.
         """
         if is_grouped(reduced.problem):
-            entries = reduced.problem.free_shape
-            tried = [side_by_side(reduced, end.point, k, self.line) for k in range(len(entries))]
-            return [point for point in tried if reduced.cost(point) < end.cost * (1 - BETTER)]
+            shapes = range(len(reduced.problem.free_shape))
+            tried = [side_by_side(reduced, end.point, k, self.line) for k in shapes]
+            better = [point for point in tried if reduced.cost(point) < end.cost * (1 - BETTER)]
+            if better or not weights_couple(reduced.problem):
+                return better
         better = []
         for k in range(reduced.dimensions):
             line = np.tile(end.point, (self.line, 1))

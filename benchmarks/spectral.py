@@ -22,7 +22,7 @@ from gonio import Problem, catalogue, join, simulate
 from gonio.fit import fit
 from gonio.fit.descent import descend
 from gonio.fit.groups import slopes
-from gonio.fit.strength import settled
+from gonio.fit.strength import resolved
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "spectral-fits.md"
@@ -54,7 +54,7 @@ def errors(count: int, noise: dict[str, Any], weighting: str, seed: int) -> tupl
     """Relative rms error over all values of a spectrum: free, of the chosen strengths, of the best one for all."""
     scan, x = smooth.spectrum(count, seed=seed, **noise)
     true = np.concatenate([smooth.truth(x)[name] for name in ("ks", "kd", "sigma")])
-    problem = settled(Problem(smooth.SPARROW, scan, smooth=smooth.SMOOTH, weighting=weighting))
+    problem = resolved(Problem(smooth.SPARROW, scan, smooth=smooth.SMOOTH, weighting=weighting))
 
     def error(chosen: dict[str, Any]) -> float:
         one = Problem(smooth.SPARROW, scan, smooth=chosen, weighting=weighting)

@@ -14,7 +14,7 @@ from gonio.fit.hold_out import predictions
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
-from gonio.fit.strength import settled
+from gonio.fit.strength import resolved
 from gonio.measured import dataset
 from gonio.model import Model
 
@@ -231,7 +231,7 @@ def rank(
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
     rows = []
     for done, model in enumerate(models, start=1):
-        problem = settled(Problem(model, scan, **_for_model(model, models, options)))
+        problem = resolved(Problem(model, scan, **_for_model(model, models, options)))
         row = assess(problem, fit(problem, solver))
         rows.append(validate(problem, row, left_out) if left_out else row)
         progress(done / len(models))

@@ -14,7 +14,7 @@ from gonio.fit.descent import descend
 from gonio.fit.groups import slopes
 from gonio.fit.identifiability import verdicts
 from gonio.fit.smooth import Smooth
-from gonio.fit.strength import effective_values, settled
+from gonio.fit.strength import effective_values, resolved
 from gonio.measured.dataset import make_scan
 
 LAMBERT, SPARROW = catalogue["lambert"], catalogue["torrance-sparrow"]
@@ -80,7 +80,7 @@ def test_a_parabola_is_penalised_by_its_curvature(wavelengths, coefficients, str
 
 def test_the_penalty_is_added_to_the_objective_and_is_no_part_of_the_metric():
     scan, _x = spectrum()
-    problem = settled(Problem(SPARROW, scan, smooth={"sigma": ("wavelength", 1e-4), "ks": ("wavelength", 1e-6)}))
+    problem = resolved(Problem(SPARROW, scan, smooth={"sigma": ("wavelength", 1e-4), "ks": ("wavelength", 1e-6)}))
     solution = fit(problem)
     vector = solution.dataset["value"].values
     error = problem.brdf(vector) - problem.measured
@@ -136,7 +136,7 @@ def test_smooth_weights_are_the_exact_optimum():
     count, strength = 9, 3e-4
     reflectance = 0.3 + 0.1 * np.sin(np.arange(count))
     scan = flat_spectrum(np.linspace(500, 580, count), reflectance, noise=0.02)
-    problem = settled(Problem(LAMBERT, scan, smooth={"rho": ("wavelength", strength)}))
+    problem = resolved(Problem(LAMBERT, scan, smooth={"rho": ("wavelength", strength)}))
     solution = fit(problem)
     step = 1 / (count - 1)
     bends = np.diff(np.eye(count), 2, axis=0) / step**2 * np.sqrt(step)
@@ -191,7 +191,7 @@ def test_the_strength_is_found():
     """
     scan, x = spectrum(seed=1)
     true = np.concatenate([truth(x)[name] for name in ("ks", "kd", "sigma")])
-    problem = settled(Problem(SPARROW, scan, smooth=SMOOTH))
+    problem = resolved(Problem(SPARROW, scan, smooth=SMOOTH))
 
     def error(smooth):
         one = Problem(SPARROW, scan, smooth=smooth)
@@ -239,7 +239,7 @@ def test_annealing_sees_the_penalty():
 def test_logarithms_are_smooth_too():
     """No point downhill of the end: SciPy finds nothing lower from there."""
     scan, _x = spectrum(4)
-    problem = settled(Problem(SPARROW, scan, smooth={"sigma": ("wavelength", 1e-3)}, weighting="log"))
+    problem = resolved(Problem(SPARROW, scan, smooth={"sigma": ("wavelength", 1e-3)}, weighting="log"))
     vector = fit(problem).dataset["value"].values
     cost = float(problem.cost(problem.residual(vector)))
     found = least_squares(problem.residual, vector, x_scale=vector, xtol=1e-12, ftol=1e-12)
@@ -309,11 +309,11 @@ def test_refusals(options, message):
         Problem(SPARROW, named, **options)
 
 
-def test_what_is_not_settled_is_refused():
+def test_what_is_not_resolved_is_refused():
     scan, _x = spectrum(3)
     for smooth in ("wavelength", ("wavelength", 1.0)):
-        with pytest.raises(ValueError, match="not settled"):
+        with pytest.raises(ValueError, match="not resolved"):
             _ = Problem(SPARROW, scan, smooth={"sigma": smooth}).penalty
     dark = flat_spectrum([500.0, 600.0, 700.0], np.array([-0.2, -0.3, -0.2]))
     with pytest.raises(ValueError, match="rho is zero"):
-        settled(Problem(LAMBERT, dark, smooth={"rho": ("wavelength", 1.0)}))
+        resolved(Problem(LAMBERT, dark, smooth={"rho": ("wavelength", 1.0)}))

@@ -12,7 +12,7 @@ from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
 from gonio.fit.solution import Optimum, Solution, Status
 from gonio.fit.solver import Progress, Solver, silent
-from gonio.fit.strength import effective_values, settled
+from gonio.fit.strength import effective_values, resolved
 from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
@@ -21,12 +21,12 @@ Values = npt.NDArray[np.float64]
 def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
-    Strengths and scales of smooth parameters that the problem leaves open are `settled` first.
+    Strengths and scales of smooth parameters that the problem leaves open are `resolved` first.
     A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
     """
     solver = solver or Projection()
     started = time.perf_counter()
-    problem = settled(problem)
+    problem = resolved(problem)
     optimum = solver.search(problem, progress)
     spread = covariance(problem, optimum.vector)
     seconds = time.perf_counter() - started

@@ -10,7 +10,7 @@ import xarray as xr
 from gonio.fit.descent import descend
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
-from gonio.fit.strength import settled
+from gonio.fit.strength import resolved
 from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
@@ -61,7 +61,7 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     """
     flat = problem.points
     parts = folds(flat, by)
-    problem = settled(problem)
+    problem = resolved(problem)
     found = np.array([solution.values[name] for name in problem.names])
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:

@@ -22,7 +22,7 @@ class Smooth(NamedTuple):
     value to 1 at its largest, of the squared second derivative of the parameter over its `scale`; the mean of these
     integrals where other coordinates group the parameter too. Derivatives are divided differences, so steps may be
     uneven. Strength 0 leaves each value free; the larger it is, the straighter the line through them. `auto` has it
-    chosen by `gonio.fit.strength.settled`, which also finds the scale where it is NaN.
+    chosen by `gonio.fit.strength.resolved`, which also finds the scale where it is NaN.
     """
 
     by: str
@@ -42,7 +42,7 @@ class Smooth(NamedTuple):
         return f"{self.by}:{self.strength}:{self.scale}"
 
     @property
-    def is_settled(self) -> bool:
+    def is_resolved(self) -> bool:
         return self.strength == 0 or (self.strength != AUTO and math.isfinite(self.scale))
 
 
@@ -81,9 +81,9 @@ def penalty_rows(smooth: Mapping[str, Smooth], entries: Sequence["Entry"], point
     for entry in entries:
         one = smooth.get(entry.name)
         if one and one.strength:
-            if not one.is_settled:
+            if not one.is_resolved:
                 raise ValueError(
-                    f"how smooth {entry.name} is to be is not settled: gonio.fit.strength.settled finds it"
+                    f"how smooth {entry.name} is to be is not resolved: gonio.fit.strength.resolved finds it"
                 )
             bends = _bends(entry, one.by, points)
             block = np.zeros((len(bends), size))

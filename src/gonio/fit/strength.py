@@ -22,7 +22,7 @@ ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly: no other te
 SMALLEST = 1e-6  # scale of a value that is zero
 
 
-def settled(problem: Problem) -> Problem:
+def resolved(problem: Problem) -> Problem:
     """The problem with the strength and the scale of every smooth parameter as numbers.
 
     The scale is the value of a shape parameter in the fit with one value for all groups, and the root mean square of a
@@ -32,7 +32,7 @@ def settled(problem: Problem) -> Problem:
     different points as independent: an error that a whole wavelength has in common is not smoothed away.
     Raises ValueError where a parameter is zero in that fit, and so has no scale.
     """
-    if all(one.is_settled for one in problem.smoothed.values()):
+    if all(one.is_resolved for one in problem.smoothed.values()):
         return problem
     alike = common(problem)
     vector = carried(Projection().search(alike).vector, alike, problem)

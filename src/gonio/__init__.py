@@ -18,6 +18,7 @@ _HOMES = {
     "Solution": "gonio.fit.solution",
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
+    "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
     "read": "gonio.measured.formats",
     "simulate": "gonio.measured.simulation",
@@ -34,6 +35,7 @@ __all__ = [
     "Solution",
     "catalogue",
     "check",
+    "join",
     "published",
     "read",
     "simulate",
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from gonio.fit.solution import Solution
     from gonio.geometry import Geometry
     from gonio.measured.check import check
+    from gonio.measured.dataset import join
     from gonio.measured.formats import read, write
     from gonio.measured.simulation import simulate
     from gonio.model import Model, Parameter

@@ -14,6 +14,7 @@ from gonio.fit.hold_out import predictions
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
+from gonio.fit.strength import resolved
 from gonio.measured import dataset
 from gonio.model import Model
 
@@ -132,6 +133,7 @@ class Row:
     model: Model
     solution: Solution
     free_parameters: int
+    effective_values: float
     metrics: Mapping[str, float]
     by_incidence: Mapping[float, Mapping[str, float]]
     aicc: float
@@ -153,22 +155,25 @@ def assess(problem: Problem, solution: Solution) -> Row:
     """A fit and its metrics over the points that it was fitted to, E under the weights of the fit.
 
     AICc and BIC (burnham2002) take the residuals of the fit as independent and Gaussian, with a variance that is fitted
-    too; only their differences between models of one scan and one weighting mean something.
+    too; only their differences between models of one scan and one weighting mean something. Where parameters are smooth
+    they count what that leaves of the free values.
     """
     modelled = predict(problem.model, solution, problem.points)
     weights = None if problem.logarithmic else problem.root_weights**2
+    effective = float(solution.dataset.attrs["effective_values"])
     return Row(
         problem.model,
         solution,
         len(problem.names),
+        effective,
         metrics(problem.points, modelled, weights),
         metrics_by_incidence(problem.points, modelled),
-        *information_criteria(float(problem.scale * solution.cost), len(problem.measured), len(problem.names)),
+        *information_criteria(float(problem.scale * solution.cost), len(problem.measured), effective),
         float(problem.points["theta_r"].max()),
     )
 
 
-def information_criteria(squares: float, points: int, free: int) -> tuple[float, float]:
+def information_criteria(squares: float, points: int, free: float) -> tuple[float, float]:
     """AICc and BIC (burnham2002) of a sum of squared residuals; NaN where the points do not outnumber the values."""
     k = free + 1
     if points <= k + 1:
@@ -219,14 +224,14 @@ def rank(
     With `left_out` (`theta_i`, `out-of-plane`, or a number of blocks) each is validated, and the order is by lg RMSE of
     what was left out.
 
-    `options` are those of Problem; held, grouped, shared and bounded names apply to the models that have them.
+    `options` are those of Problem; held, grouped, shared, smooth and bounded names apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
     """
     if by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
     rows = []
     for done, model in enumerate(models, start=1):
-        problem = Problem(model, scan, **_for_model(model, models, options))
+        problem = resolved(Problem(model, scan, **_for_model(model, models, options)))
         row = assess(problem, fit(problem, solver))
         rows.append(validate(problem, row, left_out) if left_out else row)
         progress(done / len(models))
@@ -254,7 +259,7 @@ def reference_errors(rows: Sequence[Row], metric: str = "nrmse") -> dict[str, fl
 def _for_model(model: Model, models: Sequence[Model], options: Mapping[str, Any]) -> dict[str, Any]:
     out = dict(options)
     known = {name for m in models for name in m.parameters}
-    for what in ("held", "grouped", "bounds", "shared"):
+    for what in ("held", "grouped", "bounds", "shared", "smooth"):
         given = options.get(what)
         if not given:
             continue

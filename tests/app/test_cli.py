@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import catalogue, published, simulate, write
+from gonio import catalogue, join, published, simulate, write
 from gonio.app.cli import main
 
 SCRIPT = Path(sys.executable).with_name("gonio")
@@ -413,3 +413,83 @@ def test_starting_imports_next_to_nothing():
         code = f"import sys, {module}; print({heavy} or 'none')"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert done.stdout == "none\n", module
+
+
+@pytest.fixture
+def spectrum_file(tmp_path):
+    """Torrance-Sparrow at eight wavelengths, its slope a parabola of them."""
+    x = np.linspace(0, 1, 8)
+    values = {"ks": 0.5, "kd": 0.1}
+    theta_r = np.arange(-70, 71, 10.0)
+    parts = {
+        f"{at:g}": simulate(
+            catalogue["torrance-sparrow"],
+            values | {"sigma": 0.2 + 0.2 * at * (1 - at)},
+            [20.0, 50.0],
+            theta_r,
+            noise=0.05,
+            seed=int(100 * at),
+            wavelength=400 + 350 * at,
+        )
+        for at in x
+    }
+    path = tmp_path / "spectrum.csv"
+    write(join(parts).drop_vars("scan"), path)
+    return path
+
+
+def test_smooth_fit(run, spectrum_file, tmp_path):
+    """Strength chosen or given, said in the table and in JSON; the figure of spectra comes with --out."""
+    at = ("fit", spectrum_file, "--model", "torrance-sparrow")
+    written = tmp_path / "fit.json"
+    code, out, err = run(*at, "--smooth", "sigma=wavelength", "--out", tmp_path / "fit", "--json", written)
+    assert code == 0, err
+    found = json.loads(written.read_text(encoding="utf-8"))
+    assert found["smooth"]["sigma"]["by"] == "wavelength"
+    assert found["smooth"]["sigma"]["scale"] == pytest.approx(0.23, abs=0.03)
+    assert 18 < found["effective_values"] < 24
+    sigma = found["parameters"]["sigma"]
+    assert sigma["by"] == "wavelength"
+    assert list(sigma["values"])[::7] == ["400", "750"]
+    assert (tmp_path / "fit" / "spectra.png").exists()
+    assert "sigma is smooth over wavelength, strength" in out
+    assert "of 24 values" in out
+    heading = next(line for line in out.splitlines() if line.strip().startswith("wavelength [nm]"))
+    assert heading.split() == ["wavelength", "[nm]", "ks", "kd", "[sr⁻¹]", "sigma"]
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert as_json(run, *at, "--smooth", "sigma=wavelength:1e-4")["smooth"]["sigma"]["strength"] == 1e-4
+    for wrong in ("sigma", "sigma=wavelength:x", "sigma=wavelength:1:2:3", "sigma=channel"):
+        code, out, err = run(*at, "--smooth", wrong)
+        assert code != 0
+        assert err.startswith("gonio: ")
+
+
+def test_joint_fit(run, tmp_path):
+    """Weights one a scan, the shape shared unless grouped; several scans without --joint are refused."""
+    files = []
+    for name, slope in (("dull", 0.3), ("bright", 0.1)):
+        files.append(tmp_path / f"{name}.csv")
+        values = {"ks": slope * 2, "kd": 0.1, "sigma": slope}
+        write(simulate(catalogue["torrance-sparrow"], values, [20.0, 50.0], np.arange(-70, 71, 5.0)), files[-1])
+    at = ("fit", *files, "--model", "torrance-sparrow")
+    code, out, err = run(*at)
+    assert code != 0
+    assert "2 scans are given: add --joint" in err
+    found = as_json(run, *at, "--joint", "--group", "sigma=scan", "--share", "kd")["parameters"]
+    assert found["sigma"]["by"] == found["ks"]["by"] == "scan"
+    assert found["sigma"]["values"]["dull"]["value"] == pytest.approx(0.3, rel=1e-6)
+    assert found["ks"]["values"]["bright"]["value"] == pytest.approx(0.2, rel=1e-6)
+    assert found["kd"]["value"] == pytest.approx(0.1, rel=1e-6)
+    shared = as_json(run, *at, "--joint")
+    assert 0.1 < shared["parameters"]["sigma"]["value"] < 0.3
+    assert shared["points"] == 116
+    code, out, err = run(*at, "--joint")
+    assert "fitted to 2 scans jointly" in out
+    assert "ks[dull]" in out
+    code, out, err = run("fit", files[0], files[0], "--model", "lambert", "--joint")
+    assert "given twice" in err
+    other = tmp_path / "again" / "dull.csv"
+    other.parent.mkdir()
+    other.write_text(files[0].read_text(encoding="utf-8"), encoding="utf-8")
+    named = as_json(run, "fit", files[0], other, "--model", "lambert", "--joint")["parameters"]["rho"]["values"]
+    assert sorted(named) == sorted([str(files[0]), str(other)])

@@ -87,6 +87,28 @@ def test_select_and_join():
         join({"one": scan(), "two": scan(unit="a.u.")})
 
 
+def test_joined_scans_keep_their_masks_labels_and_history():
+    """A scan without a mask joins one that has one: what was in use stays in use."""
+    masked = mask(scan(), floor=2.5).assign_attrs(history="measured")
+    joined = join({"one": masked, "two": scan().assign_attrs(simulated="simulated from x")})
+    assert joined["mask"].dtype == np.int8
+    assert joined["mask"].values.tolist() == [2, 2, 0, 0, 0, 0, 0, 0]
+    assert points(joined)["scan"].values.tolist() == ["one"] * 2 + ["two"] * 4
+    assert joined.attrs["simulated"] == "simulated from x"
+    assert joined.attrs["history"].splitlines() == ["one: measured", "joined one, two"]
+    again = join({"day 1": joined, "day 2": scan()})
+    assert list(dict.fromkeys(again["scan"].values.tolist())) == ["day 1/one", "day 1/two", "day 2"]
+
+
+def test_joined_scans_may_differ_in_wavelengths_and_not_in_having_them():
+    red, green = (scan().assign_coords(wavelength=("direction", np.full(4, w))) for w in (650.0, 550.0))
+    assert sets(join({"a": red, "b": green})) == ("scan", "wavelength")
+    with pytest.raises(ValueError, match="b says no wavelength, and other scans do"):
+        join({"a": red, "b": scan()})
+    with pytest.raises(ValueError, match="no scan to join"):
+        join({})
+
+
 def test_signed_angle_round_trips():
     data = scan()
     np.testing.assert_array_equal(signed_theta_r(flatten(data)), [-20, 10, 30, -30])

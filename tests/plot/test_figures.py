@@ -11,7 +11,7 @@ from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 from PIL import Image
 
-from gonio import catalogue, published, read, simulate
+from gonio import catalogue, join, published, read, simulate
 from gonio.app.drawing import draw, draw_model, predictors
 from gonio.app.evaluation import surface
 from gonio.compare import rank
@@ -21,6 +21,7 @@ from gonio.plot.curves import curves
 from gonio.plot.error_bars import error_bars
 from gonio.plot.hemisphere import hemisphere
 from gonio.plot.panels import panel_curves
+from gonio.plot.spectra import spectra
 from gonio.plot.style import COLOURS, save
 
 NAMES = ("torrance-sparrow", "wang-2016", "cauchy-lorentz")
@@ -37,12 +38,28 @@ def ranked():
     return {"Al": (scan, rank(scan, models, solver=Anneal(max_iterations=300), grouped={"ks": "theta_i"}))}
 
 
-def figures(ranked):
+@pytest.fixture(scope="module")
+def spectral():
+    """Two fits at five wavelengths, and the same by scan and wavelength."""
+    surface = published["Al"]
+    model = catalogue[surface.model]
+    theta_r = np.arange(-80, 81, 8.0)
+    parts = {
+        f"{w:g}": simulate(model, surface.values, [30.0, 50], theta_r, noise=0.02, wavelength=w, unit="a.u.")
+        for w in (450.0, 500.0, 600.0, 700.0, 850.0)
+    }
+    scan = join(parts).drop_vars("scan")
+    models = [catalogue[name] for name in ("torrance-sparrow", "cauchy-lorentz")]
+    return {"Al": (scan, rank(scan, models, grouped={"sigma": "wavelength"}, held={"gamma": 47.0}))}
+
+
+def figures(ranked, spectral):
     scan, rows = ranked["Al"]
     yield from (
         (kind, draw(kind, ranked)) for kind in ("curves", "residuals", "components", "hemisphere", "convergence")
     )
     yield "errors", draw("errors", ranked | {"Al again": ranked["Al"]})
+    yield "spectra", draw("spectra", spectral)
     yield "normalised", curves(scan, predictors(rows), title="Al", normalised=True)
     polarised = surface(catalogue["priest-mueller"], {"ks": 1.0, "kd": 0.05, "sigma": 0.3}, "")
     for kind in ("curves", "hemisphere", "dolp"):
@@ -77,8 +94,8 @@ def _drawn(text, figure):
     return True
 
 
-def test_nothing_overlaps(ranked):
-    for name, figure in figures(ranked):
+def test_nothing_overlaps(ranked, spectral):
+    for name, figure in figures(ranked, spectral):
         width, height = figure.get_size_inches() * figure.dpi
         boxes = list(visible_texts(figure))
         for text, box in boxes:
@@ -90,11 +107,11 @@ def test_nothing_overlaps(ranked):
             assert wide <= 1 or high <= 1, (name, one, other)
 
 
-def test_axes_have_units(ranked):
-    for name, figure in figures(ranked):
+def test_axes_have_units(ranked, spectral):
+    for name, figure in figures(ranked, spectral):
         labels = [t for ax in figure.axes for t in (ax.get_xlabel(), ax.get_ylabel()) if t]
         assert labels, name
-        units = ("[deg]", "[a.u.]", "[%]", "[1]", "[sr⁻¹]", "f / f(θᵢ)", "iteration", "angle θᵢ")
+        units = ("[deg]", "[a.u.]", "[%]", "[1]", "[sr⁻¹]", "f / f(θᵢ)", "iteration", "angle θᵢ", "[nm]")
         for text in labels:
             assert any(unit in text for unit in units), (name, text)
 
@@ -124,6 +141,40 @@ def test_saved_as_png_and_svg(ranked, tmp_path):
     assert ET.parse(written[1]).getroot().tag.endswith("svg")
     with pytest.raises(FileExistsError, match="--force"):
         save(figure, tmp_path / "view")
+
+
+def test_spectra_show_every_fitted_value_with_its_uncertainty(spectral):
+    """A panel for each parameter of either model, a line for each model, bars of one standard uncertainty."""
+    figure = draw("spectra", spectral)
+    panels = {ax.get_ylabel(): ax for ax in figure.axes}
+    assert sorted(panels) == ["kd [a.u.]", "kdd [a.u.]", "kid [a.u.]", "ks [a.u.]", "sigma [1]"]
+    row = next(row for row in spectral["Al"][1] if row.model.name == "torrance-sparrow")
+    for name, unit in (("kd", "a.u."), ("sigma", "1")):
+        ax = panels[f"{name} [{unit}]"]
+        line = next(line for line in ax.lines if line.get_label() == "torrance-sparrow")
+        values = row.solution.parameters()[name]["values"]
+        np.testing.assert_array_equal(line.get_xdata(), [450, 500, 600, 700, 850])
+        np.testing.assert_array_equal(line.get_ydata(), [v["value"] for v in values.values()])
+        bars = next(b for b in ax.containers if np.isclose(b.lines[0].get_ydata()[0], values["450"]["value"]))
+        ends = np.array([segment[:, 1] for segment in bars.lines[2][0].get_segments()])
+        np.testing.assert_allclose(np.ptp(ends, axis=1) / 2, [v["uncertainty"] for v in values.values()])
+
+
+def test_spectra_have_a_line_for_each_scan_and_mark_what_is_not_told():
+    value = {"value": 1.0, "uncertainty": 0.1}
+    known = {f"{scan},{w}": value for scan in "ab" for w in (500, 600)}
+    parameters = {"rho": {"by": "scan,wavelength", "values": known, "unit": "1"}}
+    figure = spectra({"lambert": parameters})
+    labels = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert labels == ["lambert, scan a", "lambert, scan b"]
+    known["a,600"] = {"value": 2.0, "uncertainty": np.inf}
+    hollow = [line for line in spectra({"lambert": parameters}).axes[0].lines if line.get_markerfacecolor() == "white"]
+    assert [line.get_ydata().tolist() for line in hollow] == [[2.0], []]
+    crowd = {f"{scan},{w}": value for scan in "abcdefgh" for w in (500, 600)}
+    with pytest.raises(ValueError, match="room for 7 lines"):
+        spectra({"lambert": {"rho": {"by": "scan,wavelength", "values": crowd, "unit": "1"}}})
+    with pytest.raises(ValueError, match="this fit has none"):
+        spectra({"lambert": {"rho": {"value": 1.0, "uncertainty": 0.1, "unit": "1"}}})
 
 
 def test_hemisphere_is_a_true_polar_view():

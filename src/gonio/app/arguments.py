@@ -12,6 +12,7 @@ import xarray as xr
 from gonio.fit.anneal import Anneal
 from gonio.fit.half_width import half_widths, widest_angle
 from gonio.fit.projection import Projection
+from gonio.fit.smooth import Smooth
 from gonio.fit.solution import label
 from gonio.fit.solver import Solver
 from gonio.materials import constants as material_constants
@@ -56,6 +57,17 @@ def values(texts: Iterable[str], material: str, wavelength: str) -> dict[str, fl
 def groups(texts: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """`ks=theta_i` or `ks=theta_i,channel`."""
     return {name: tuple(c.strip() for c in value.split(",")) for name, value in pairs(texts, "--group").items()}
+
+
+def smooth(texts: Iterable[str]) -> dict[str, Smooth]:
+    """`sigma=wavelength`, or `sigma=wavelength:1e-5` with a strength."""
+    out = {}
+    for name, value in pairs(texts, "--smooth").items():
+        try:
+            out[name] = Smooth.parsed(value)
+        except ValueError:
+            raise ValueError(f"--smooth {name}={value} is not of the form name=coordinate:strength") from None
+    return out
 
 
 def bounds(texts: Iterable[str]) -> dict[str, tuple[float, float]]:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from gonio.app.evaluation import Surface
 from gonio.compare import METRICS, Row, predict
+from gonio.fit.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
@@ -20,6 +21,7 @@ from gonio.plot.hemisphere import hemisphere
 from gonio.plot.model_curves import model_curves
 from gonio.plot.polarisation import polarisation
 from gonio.plot.residuals import residuals
+from gonio.plot.spectra import SPECTRAL, spectra
 from gonio.polarisation import reflected
 
 if TYPE_CHECKING:
@@ -84,6 +86,16 @@ def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
     return model(geometry, values)
 
 
+def _spectra(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+    ordered = sorted(rows, key=lambda row: row.model.name)
+    return spectra({row.model.name: row.solution.parameters() for row in ordered}, title=name)
+
+
+def has_spectra(solution: Solution) -> bool:
+    """Whether a fit has a parameter with one value for each wavelength."""
+    return any(SPECTRAL in p.get("by", "").split(",") for p in solution.parameters().values())
+
+
 def _errors(ranked: Ranked) -> "Figure":
     angles = sorted(set.intersection(*({*rows[0].by_incidence} for _, rows in ranked.values())))
     if not angles:
@@ -129,4 +141,5 @@ _DRAWINGS: Mapping[str, Callable[[str, xr.Dataset, Sequence[Row], bool], "Figure
     "components": _components,
     "convergence": _convergence,
     "hemisphere": _hemisphere,
+    "spectra": _spectra,
 }

@@ -17,17 +17,18 @@ from gonio.app.options import (
     MaterialName,
     ModelName,
     Models,
-    Scan,
     Scans,
     Seed,
     Select,
     Setting,
     Share,
+    Smoothed,
     SolverName,
     Wavelength,
     Weigh,
     chosen_models,
     problem_options,
+    read_joint,
     read_scan,
 )
 from gonio.app.terminal import app
@@ -46,17 +47,22 @@ class Figure(StrEnum):
     COMPONENTS = "components"
     HEMISPHERE = "hemisphere"
     CONVERGENCE = "convergence"
+    SPECTRA = "spectra"
     ERRORS = "errors"
 
 
 @app.command("fit")
 def fit_scan(
-    scan: Scan,
+    scans: Scans,
     model: ModelName,
+    joint: Annotated[
+        bool, typer.Option("--joint", help="several scans at once: weights one a scan, the shape shared")
+    ] = False,
     solver: SolverName = "projection",
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -70,14 +76,14 @@ def fit_scan(
     json: Json = "",
     force: Force = False,
 ) -> None:
-    """Fit one model to a scan: values, uncertainties, metrics."""
+    """Fit one model to a scan, or to several jointly: values, uncertainties, metrics."""
     from gonio import Problem, catalogue
     from gonio.app import arguments, present
     from gonio.compare import assess
     from gonio.fit import fit
 
-    data = read_scan(scan, blocked, floor, select)
-    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+    data = read_joint([(path, read_scan(path, blocked, floor, select)) for path in scans], joint)
+    options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -86,7 +92,7 @@ def fit_scan(
     if json:
         present.emit_json(present.solution_record(row), json, force)
     if json != "-":
-        _show_fit(scan, row, out)
+        _show_fit(scans, row, out)
 
 
 @app.command("compare")
@@ -97,6 +103,7 @@ def compare_models(
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -124,7 +131,7 @@ def compare_models(
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
             rows = rank(
                 data,
                 chosen,
@@ -154,6 +161,7 @@ def plot_scan(
     hold: Hold = [],  # noqa: B006
     group: Group = [],  # noqa: B006
     share: Share = [],  # noqa: B006
+    smooth: Smoothed = [],  # noqa: B006
     bound: Bound = [],  # noqa: B006
     material: MaterialName = "",
     wavelength: Wavelength = "",
@@ -178,7 +186,7 @@ def plot_scan(
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):
@@ -190,6 +198,7 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
         {
             "model": row.model.name,
             "free_parameters": row.free_parameters,
+            "effective_values": row.effective_values,
             "status": str(row.solution.status),
             "metrics": dict(row.metrics),
             "aicc": row.aicc,
@@ -213,17 +222,22 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> Non
     row.solution.save(folder / "solution.nc", force)
     present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
+    kinds += ["spectra"] * drawing.has_spectra(row.solution)
     for kind in kinds:
         save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
 
 
-def _show_fit(scan: Path, row: "Row", out: str) -> None:
-    from gonio.app import present
+def _show_fit(scans: list[Path], row: "Row", out: str) -> None:
+    from gonio.app import fitted_values, present
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
-    terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
+    which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
+    terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {which}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
-    terminal.print(present.solution_table(row.solution))
+    for line in fitted_values.smooth_lines(row):
+        terminal.print(line)
+    for part in fitted_values.solution_tables(row.solution):
+        terminal.print(part)
     for line in present.verdict_lines(row):
         terminal.print(line)
     terminal.print(present.metrics_table(row.metrics))

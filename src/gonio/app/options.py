@@ -28,6 +28,9 @@ Hold = Annotated[
 ]
 Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
 Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
+Smoothed = Annotated[
+    list[str], typer.Option("--smooth", metavar="NAME=COORD", help="smooth over it, as in sigma=wavelength[:strength]")
+]
 Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
 Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
@@ -62,11 +65,28 @@ def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.
     return data
 
 
+def read_joint(scans: "list[tuple[Path, xr.Dataset]]", joint: bool) -> "xr.Dataset":
+    """The one scan, or several joined under the names of their files."""
+    from gonio.measured.dataset import join
+
+    if len(scans) == 1:
+        return scans[0][1]
+    if not joint:
+        raise ValueError(f"{len(scans)} scans are given: add --joint to fit them together, or fit one at a time")
+    names = [path.stem for path, _ in scans]
+    if len(set(names)) < len(names):
+        names = [str(path) for path, _ in scans]
+    if len(set(names)) < len(names):
+        raise ValueError("a scan is given twice")
+    return join(dict(zip(names, (data for _, data in scans), strict=True)))
+
+
 def problem_options(
     data: "xr.Dataset",
     hold: list[str],
     group: list[str],
     share: list[str],
+    smooth: list[str],
     bound: list[str],
     weighting: str,
     material: str,
@@ -79,6 +99,7 @@ def problem_options(
         "held": arguments.held(hold, data),
         "grouped": arguments.groups(group),
         "shared": tuple(share),
+        "smooth": arguments.smooth(smooth),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
     }

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from gonio.compare import Row
-    from gonio.fit.solution import Solution
     from gonio.materials import Material
     from gonio.model import Model, Term
 
@@ -230,6 +229,8 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "metrics": dict(row.metrics),
         "aicc": row.aicc,
         "bic": row.bic,
+        "effective_values": row.effective_values,
+        "smooth": {name: one._asdict() for name, one in row.solution.smooth.items()},
         "verdicts": {
             v.name: {
                 "determined": v.determined,
@@ -243,16 +244,6 @@ def solution_record(row: "Row") -> dict[str, Any]:
             c.name: {"value": c.value, "uncertainty": c.uncertainty} for c in combinations(row.model, row.solution)
         },
     }
-
-
-def solution_table(solution: "Solution") -> "Table":
-    out = table("parameter", "value ± standard uncertainty", "unit", left=1)
-    units = solution.dataset["unit"].values
-    pairs = zip(solution.values.items(), solution.uncertainties.values(), units, strict=True)
-    for (name, value), spread, unit in pairs:
-        out.add_row(name, uncertain(value, spread), label(str(unit)))
-    out.columns[2].justify = "left"
-    return out
 
 
 def verdict_lines(row: "Row") -> Iterator[str]:
@@ -290,7 +281,7 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
     for row in rows:
         own = row.metrics["nrmse"]
         drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
-        out.add_row(row.model.name, str(row.free_parameters), *(figure(row.metrics[n]) for n in METRICS), *drops)
+        out.add_row(row.model.name, _count(row), *(figure(row.metrics[n]) for n in METRICS), *drops)
     return out
 
 
@@ -309,7 +300,7 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
         errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
         out.add_row(
             row.model.name,
-            str(row.free_parameters),
+            _count(row),
             *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
@@ -319,6 +310,11 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
         "left",
     )
     return out
+
+
+def _count(row: "Row") -> str:
+    """How many values a fit had the use of: a whole number where nothing is smooth."""
+    return f"{row.effective_values:.1f}".removesuffix(".0")
 
 
 def _percent(value: float) -> str:

@@ -4,6 +4,7 @@ from gonio.fit.anneal import Anneal
 from gonio.fit.fitting import fit
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
+from gonio.fit.smooth import Smooth
 from gonio.fit.solution import Solution, Status
 
-__all__ = ["Anneal", "Problem", "Projection", "Solution", "Status", "fit"]
+__all__ = ["Anneal", "Problem", "Projection", "Smooth", "Solution", "Status", "fit"]

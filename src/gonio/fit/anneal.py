@@ -119,9 +119,10 @@ class _Objective:
     def __call__(self, unit: Values) -> Values:
         matrix, target, vector = self._system(unit)
         modelled = (matrix @ vector[:, : self._n, None])[..., 0]
+        penalty = self.problem.cost(vector @ self.problem.penalty.T)
         if self.problem.logarithmic:
-            return self.problem.cost(self.problem.difference(modelled - target))
-        return self.problem.cost(modelled - target)
+            return penalty + self.problem.cost(self.problem.difference(modelled - target))
+        return penalty + self.problem.cost(modelled - target)
 
     def vector(self, unit: Values) -> Values:
         """Weights and shape of candidates in unit coordinates."""

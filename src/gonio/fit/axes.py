@@ -1,5 +1,7 @@
 """Shape parameters as coordinates from 0 to 1, so that every search steps through each of them sensibly."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,14 +14,19 @@ class Axes:
     """Maps unit coordinates (..., n) to values between bounds: by ratios where a parameter spans decades, else evenly.
 
     A parameter from zero upwards steps by ratios of its value plus its default, which resolves both ends.
+    `evenly` marks values that step evenly in any case: those of one smooth curve, which are then straight here too.
     """
 
-    def __init__(self, parameters: list[Parameter], lower: Values, upper: Values) -> None:
+    def __init__(
+        self, parameters: list[Parameter], lower: Values, upper: Values, evenly: Sequence[bool] | None = None
+    ) -> None:
         if not (np.isfinite(lower).all() and np.isfinite(upper).all()):
             raise ValueError("shape parameters need finite bounds")
         self.lower, self.upper = lower, upper
         offsets = [_offset(p, low, high) for p, low, high in zip(parameters, lower, upper, strict=True)]
         self._by_ratio = np.array([offset is not None for offset in offsets], dtype=bool)
+        if evenly is not None:
+            self._by_ratio &= ~np.array(evenly, dtype=bool)
         self._offset = np.array([offset or 0.0 for offset in offsets])
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.log((upper + self._offset) / (lower + self._offset))
@@ -32,6 +39,14 @@ class Axes:
         evenly = self.lower + unit * (self.upper - self.lower)
         by_ratio = (self.lower + self._offset) * np.exp(unit * self._log_ratio) - self._offset
         out: Values = np.clip(np.where(self._by_ratio, by_ratio, evenly), self.lower, self.upper)
+        return out
+
+    def unit(self, values: Values) -> Values:
+        """The coordinates of values between the bounds: the inverse of `values`."""
+        width = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by_ratio = np.log((values + self._offset) / (self.lower + self._offset)) / self._log_ratio
+        out: Values = np.clip(np.where(self._by_ratio, by_ratio, (values - self.lower) / width), 0.0, 1.0)
         return out
 
 

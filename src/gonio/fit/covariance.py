@@ -11,7 +11,8 @@ Values = npt.NDArray[np.float64]
 
 def covariance(problem: Problem, vector: Values) -> Values:
     """`robust` covariance of the free values of a problem at an optimum (n, n)."""
-    return robust(Tangent(_jacobian(problem, vector)), problem.residual(vector))
+    plane = Tangent(np.concatenate([_jacobian(problem, vector), problem.penalty]))
+    return robust(plane, problem.difference(problem.brdf(vector)))
 
 
 def robust(plane: Tangent, residual: Values) -> Values:
@@ -20,11 +21,15 @@ def robust(plane: Tangent, residual: Values) -> Values:
     The heteroscedasticity-consistent estimate HC3 (mackinnon1985): it needs no assumption on how the noise depends on
     the signal, and so holds for constant and for proportional noise under any weighting. It assumes that errors of
     different points are independent and the model right; where the model is wrong it is a lower bound.
+
+    Rows of the plane beyond the residual are those of a penalty: they hold the values, and have no error of their own.
+    The covariance is then that of a biased estimate about its own mean, and does not hold what smoothing takes away.
     """
-    leverage = np.sum(plane.basis**2, axis=1)
+    basis = plane.basis[: len(residual)]
+    leverage = np.sum(basis**2, axis=1)
     alone = leverage > 1 - 1e-9  # a point that one value fits exactly says nothing about its error
     error = np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage))
-    inverse = plane.directions @ plane.basis.T
+    inverse = plane.directions @ basis.T
     spread = inverse * error
     unknown = plane.blind
     if alone.any():

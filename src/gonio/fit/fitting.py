@@ -12,6 +12,7 @@ from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
 from gonio.fit.solution import Optimum, Solution, Status
 from gonio.fit.solver import Progress, Solver, silent
+from gonio.fit.strength import effective_values, resolved
 from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
@@ -20,10 +21,12 @@ Values = npt.NDArray[np.float64]
 def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
+    Strengths and scales of smooth parameters that the problem leaves open are `resolved` first.
     A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
     """
     solver = solver or Projection()
     started = time.perf_counter()
+    problem = resolved(problem)
     optimum = solver.search(problem, progress)
     spread = covariance(problem, optimum.vector)
     seconds = time.perf_counter() - started
@@ -40,7 +43,8 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
     full[np.ix_(free, free)] = spread
     at_bound = np.zeros(len(names), dtype=bool)
     at_bound[free] = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
-    status = _status(problem, optimum, spread, at_bound)
+    effective = effective_values(problem, optimum.vector)
+    status = _status(problem, optimum, effective, spread, at_bound)
     text = {
         "name": [entry.name for entry, _ in entries],
         "by": [",".join(entry.by) for entry, _ in entries],
@@ -65,11 +69,13 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "solver": solver.name,
                 "settings": repr(solver),
                 "status": status.value,
-                "cost": optimum.cost,
+                "cost": optimum.cost - float(problem.cost(problem.penalty @ optimum.vector)),
                 "seconds": seconds,
                 "evaluations": optimum.evaluations,
                 "weighting": problem.weighting,
                 "points": len(problem.measured),
+                "effective_values": effective,
+                "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),
                 "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),
                 "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
@@ -86,8 +92,10 @@ def _at_bound(vector: Values, bound: Values) -> npt.NDArray[np.bool_]:
     return near
 
 
-def _status(problem: Problem, optimum: Optimum, spread: Values, at_bound: npt.NDArray[np.bool_]) -> Status:
-    if len(problem.measured) <= len(optimum.vector):
+def _status(
+    problem: Problem, optimum: Optimum, effective: float, spread: Values, at_bound: npt.NDArray[np.bool_]
+) -> Status:
+    if len(problem.measured) <= effective:
         return Status.TOO_FEW_POINTS
     if optimum.exhausted:
         return Status.STEPS_EXHAUSTED

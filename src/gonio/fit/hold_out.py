@@ -10,6 +10,7 @@ import xarray as xr
 from gonio.fit.descent import descend
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Solution
+from gonio.fit.strength import resolved
 from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
@@ -60,6 +61,7 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     """
     flat = problem.points
     parts = folds(flat, by)
+    problem = resolved(problem)
     found = np.array([solution.values[name] for name in problem.names])
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:

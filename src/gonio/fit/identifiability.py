@@ -11,10 +11,12 @@ from gonio.fit.solution import Solution
 from gonio.model import Model
 
 Values = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
 TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
 STABLE = 1 / 3  # of the relative uncertainty of either part: a ratio or product that is told although they are not
+NAMED = 4  # partners that a verdict in words names at most
 STEEP = 85.0  # deg: beyond, goniometers see little
 DIFFERENCE = 1e-6  # relative step of the derivative of a declared combination
 
@@ -56,7 +58,8 @@ def verdicts(solution: Solution, farthest: float = 90.0) -> list[Verdict]:
     sub = covariance[np.ix_(inside, inside)]
     spread = np.sqrt(np.diag(sub))
     correlation = sub / np.outer(spread, spread) if inside.size else sub
-    inflation = np.sqrt(np.maximum(np.diag(np.linalg.pinv(correlation, hermitian=True)), 1.0))
+    near = ~_apart(solution)[np.ix_(inside, inside)]
+    inflation = _inflation(correlation, near)
     out = []
     for k, name in enumerate(names):
         if at_bound[name]:
@@ -67,12 +70,36 @@ def verdicts(solution: Solution, farthest: float = 90.0) -> list[Verdict]:
             out.append(Verdict(name, False, np.inf, (), "not determined: no value fits better than another; hold it"))
         else:
             at = int(np.flatnonzero(inside == k)[0])
-            others = [names[inside[j]] for j in np.argsort(-np.abs(correlation[at])) if j != at]
+            others = [names[inside[j]] for j in np.argsort(-np.abs(correlation[at])) if near[at, j] and j != at]
             strong = tuple(o for o in others if abs(correlation[at, _at(names, inside, o)]) > TOGETHER)
             traded = bool(inflation[at] > INFLATED and strong)
             words = _traded(inflation[at], strong, farthest) if traded else "determined"
             out.append(Verdict(name, not traded, float(inflation[at]), strong if traded else (), words))
     return out
+
+
+def _inflation(correlation: Values, near: Mask) -> Values:
+    """Each value's standard uncertainty over the one that it would have if all that are near it were known."""
+    if near.all():
+        return np.sqrt(np.maximum(np.diag(np.linalg.pinv(correlation, hermitian=True)), 1.0))
+    variances = np.ones(len(correlation))
+    for k, some in enumerate(near):
+        block = np.linalg.pinv(correlation[np.ix_(some, some)], hermitian=True)
+        variances[k] = block[some[:k].sum(), some[:k].sum()]
+    return np.sqrt(np.maximum(variances, 1.0))
+
+
+def _apart(solution: Solution) -> Mask:
+    """Which free values are of different groups of a smooth parameter, where neighbours go together anyway."""
+    rows = np.flatnonzero(~solution.dataset["held"].values)
+    if not solution.smooth:
+        return np.zeros((len(rows), len(rows)), dtype=bool)
+    free = solution.dataset.isel(parameter=rows)
+    smooth = np.isin(free["name"].values, list(solution.smooth))
+    by, group = free["by"].values, free["group"].values
+    alike = (by[:, None] == by) & (group[:, None] != group)
+    apart: Mask = alike & (smooth[:, None] | smooth)
+    return apart
 
 
 def combinations(model: Model, solution: Solution) -> list[Combination]:
@@ -152,7 +179,8 @@ def _at(names: list[str], inside: npt.NDArray[np.intp], name: str) -> int:
 
 
 def _traded(inflation: float, partners: tuple[str, ...], farthest: float) -> str:
-    listed = " and ".join([", ".join(partners[:-1]), partners[-1]] if len(partners) > 1 else partners)
+    named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
+    listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
     return f"trades off with {listed}, {inflation:.0f} times as uncertain as alone: hold one, or {elsewhere}"
 

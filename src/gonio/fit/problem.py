@@ -4,12 +4,14 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.axes import Axes
+from gonio.fit.smooth import Smooth, Smoothing, declared, penalty_rows
 from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
@@ -57,6 +59,8 @@ class Problem:
         describe the surface.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
+        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
@@ -70,9 +74,11 @@ class Problem:
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    smooth: Smoothing = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
+        named["smooth"] = self.smooth
         for what, names in named.items():
             for name in names:
                 if name not in self.model.parameters:
@@ -88,6 +94,17 @@ class Problem:
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
         _ = self.root_weights
+
+    @functools.cached_property
+    def smoothed(self) -> dict[str, Smooth]:
+        """What is smooth, by name, each in full."""
+        return declared(self.smooth, self.points, self.held, self.shared)
+
+    @functools.cached_property
+    def penalty(self) -> Values:
+        """Rows (m, n) of the residual that hold a vector of values smooth, none where nothing is; they see no data."""
+        rows: Values = penalty_rows(self.smoothed, self.free, self.points) * math.sqrt(self.scale)
+        return rows
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
@@ -138,6 +155,8 @@ class Problem:
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
             by += tuple(s for s in dataset.sets(self.points) if s not in by)
+        if name in self.smoothed and self.smoothed[name].by not in by:
+            by += (self.smoothed[name].by,)
         own = self._own_wavelength(name)
         by = ("wavelength",) if isinstance(own, Mapping) else by
         labels, group = self._groups(by)
@@ -158,7 +177,7 @@ class Problem:
 
     def _own_wavelength(self, name: str) -> float | dict[str, float] | None:
         """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
-        asked = any(name in names for names in (self.held, self.grouped, self.bounds))
+        asked = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
         if name != "wavelength" or asked or name not in self.model.shape or name not in self.points.coords:
             return None
         size = UNITS[self.model.shape[name].unit].size
@@ -172,10 +191,10 @@ class Problem:
             if coordinate not in self.points.coords:
                 have = ", ".join(str(c) for c in self.points.coords)
                 raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
-        columns = [np.unique(self.points[c].values, return_inverse=True) for c in by]
-        codes = np.column_stack([inverse for _, inverse in columns])
+        columns = [labelled(self.points[c].values) for c in by]
+        codes = np.column_stack([code for _, code in columns])
         distinct, group = np.unique(codes, axis=0, return_inverse=True)
-        labels = tuple(",".join(label(columns[j][0][k]) for j, k in enumerate(row)) for row in distinct)
+        labels = tuple(",".join(columns[j][0][k] for j, k in enumerate(row)) for row in distinct)
         return labels, group.ravel()
 
     @functools.cached_property
@@ -217,7 +236,9 @@ class Problem:
         """The free shape parameters as coordinates from 0 to 1, between the problem's bounds or narrower ones."""
         n = self.n_weights
         parameters = [self.model.shape[e.name] for e in self.free_shape for _ in e.labels]
-        return Axes(parameters, self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper)
+        evenly = [e.name in self.smoothed for e in self.free_shape for _ in e.labels]
+        low, high = self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper
+        return Axes(parameters, low, high, evenly)
 
     def design(self, shape: Values) -> tuple[Values, Values]:
         """The matrix whose product with the weights is the BRDF, and the part of held weights.
@@ -251,8 +272,16 @@ class Problem:
         return out
 
     def residual(self, vector: Values) -> Values:
-        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11)."""
-        return self.difference(self.brdf(vector))
+        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11), then a penalty."""
+        difference = self.difference(self.brdf(vector))
+        return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
+
+    def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
+        """A weighted design and its target for one shape, with the rows of the penalty below."""
+        if not len(self.penalty):
+            return matrix, target
+        weights, bent = self.penalty[:, : self.n_weights], self.penalty[:, self.n_weights :] @ shape
+        return np.concatenate([matrix, weights]), np.concatenate([target, -bent])
 
     def difference(self, modelled: Values) -> Values:
         """The residual of BRDF values that are there already."""
@@ -279,6 +308,17 @@ class Problem:
             values[entry.name] = part if entry.size == 1 else part[..., entry.group]
             at += entry.size
         return values
+
+
+def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
+    """The labels of a coordinate's values in their order, and each value's place among them.
+
+    Numbers that agree in six digits have one label, and are one value.
+    """
+    distinct, place = np.unique(values, return_inverse=True)
+    texts = [label(value) for value in distinct]
+    labels = tuple(dict.fromkeys(texts))
+    return labels, np.array([labels.index(text) for text in texts], dtype=np.intp)[place.ravel()]
 
 
 def _held(

@@ -7,12 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fit.descent import Descent, descend, polish
+from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fit.linear import bounded_least_squares
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Optimum
 from gonio.fit.solver import Progress, silent
 
 Values = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one found twice differs by rounding
 
 
@@ -20,7 +22,8 @@ BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one 
 class Projection:
     """Exact weights by bounded linear least squares; the shape by local searches from many starts.
 
-    grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension.
+    grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension,
+        and parameters with one value a group start from the optimum of one value for all groups.
     searches: how many of the best starts are followed to their minimum. max_steps: evaluations in one such search.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
     """
@@ -34,6 +37,8 @@ class Projection:
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
         """The values of least E; the history holds the best E after the first searches and after each later round."""
+        if is_grouped(problem) and (split := parts(problem)):
+            return self._search_parts(problem, split, progress)
         if problem.logarithmic:
             return self._search_logarithmic(problem, progress)
         reduced = _Reduced(problem)
@@ -55,6 +60,13 @@ class Projection:
         vector = np.concatenate([reduced.solve(shape)[0], shape])
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history))
 
+    def _search_parts(self, problem: Problem, split: list[tuple[Rows, Problem]], progress: Progress) -> Optimum:
+        found = []
+        for rows, part in split:
+            found.append((rows, part, self.search(part)))
+            progress(len(found) / len(split))
+        return assembled(problem, found)
+
     def _best(self, reduced: "_Reduced", starts: list[Values]) -> Descent:
         """The lowest minimum downhill of several starts; the last digits of that one alone."""
         ends = [
@@ -66,6 +78,8 @@ class Projection:
     def _starts(self, reduced: "_Reduced") -> list[Values]:
         """The most promising points of a grid, in unit coordinates: its local minima, best first."""
         dimensions = reduced.dimensions
+        if is_grouped(reduced.problem):
+            return self._starts_in_common(reduced)
         if dimensions > 2:
             from scipy.stats import qmc
 
@@ -83,12 +97,29 @@ class Projection:
         order = minima[np.argsort(costs.ravel()[minima])]
         return [points[k] for k in order[: self.searches]]
 
+    def _starts_in_common(self, reduced: "_Reduced") -> list[Values]:
+        """All groups at the optimum of one value for all, and from there each where its own points fit best."""
+        problem = reduced.problem
+        alike = common(problem)
+        found = carried(self.search(alike).vector, alike, problem)
+        start = reduced.unit(found[problem.n_weights :])
+        moved = start
+        for k in range(len(problem.free_shape)):
+            moved = side_by_side(reduced, moved, k, self.line)
+        return [start, moved]
+
     def _crossings(self, reduced: "_Reduced", end: Descent) -> list[Values]:
         """Better points straight along each coordinate from a minimum.
 
         Where a weight is zero its shape has no slope, and the grid, coarse in the other coordinates, can miss the lobe
         that would help: a fine line through the minimum sees it.
         """
+        if is_grouped(reduced.problem):
+            shapes = range(len(reduced.problem.free_shape))
+            tried = [side_by_side(reduced, end.point, k, self.line) for k in shapes]
+            better = [point for point in tried if reduced.cost(point) < end.cost * (1 - BETTER)]
+            if better or not weights_couple(reduced.problem):
+                return better
         better = []
         for k in range(reduced.dimensions):
             line = np.tile(end.point, (self.line, 1))
@@ -135,13 +166,16 @@ class _Reduced:
     def shape(self, unit: Values) -> Values:
         return self._axes.values(unit)
 
+    def unit(self, shape: Values) -> Values:
+        return self._axes.unit(shape)
+
     def solve(self, shape: Values) -> tuple[Values, Values]:
         """The exact weights for one shape, and the residual whose squared sum is E."""
         self.evaluations += 1
         matrix, fixed = self.problem.design(shape)
         root = self.problem.root_weights
         matrix *= root[:, None]
-        target = self.problem.target - root * fixed
+        matrix, target = self.problem.penalised(matrix, self.problem.target - root * fixed, shape)
         weights = bounded_least_squares(matrix, target, self._lower, self._upper)
         return weights, (matrix @ weights - target) / np.sqrt(self.problem.scale)
 

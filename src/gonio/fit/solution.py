@@ -14,6 +14,7 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from gonio.files import replacing
+from gonio.fit.smooth import Smooth
 
 Values = npt.NDArray[np.float64]
 
@@ -47,8 +48,10 @@ class Solution:
     """A fitted model as a Dataset over `parameter`, and the views of it that people ask for.
 
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
-    `held`, `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
-    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points, unit (of the data).
+    `held`, `covariance`, `history` (best E after each step, with what holds values smooth). Coordinates: `name`, `by`,
+    `group`, `unit` of each value.
+    Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, points,
+    effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data).
     """
 
     dataset: xr.Dataset
@@ -65,6 +68,12 @@ class Solution:
     def model_name(self) -> str:
         return str(self.dataset.attrs["model"])
 
+    @property
+    def smooth(self) -> dict[str, Smooth]:
+        """What was held smooth, by name, as a Problem takes it; nothing in files from before there was any."""
+        pairs = (text.partition("=") for text in self.dataset.attrs.get("smooth", "").split())
+        return {name: Smooth.parsed(how) for name, _, how in pairs}
+
     @functools.cached_property
     def values(self) -> dict[str, float]:
         """Value by parameter, `ks[30]` for one of a group."""
@@ -77,8 +86,8 @@ class Solution:
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence interval of every free value: Student's t with points minus free values degrees of freedom."""
-        free = int((~self.dataset["held"].values).sum())
+        """Confidence interval of every free value: Student's t with points less effective values degrees of freedom."""
+        free = self.dataset.attrs.get("effective_values", int((~self.dataset["held"].values).sum()))
         width = float(stdtrit(max(self.dataset.attrs["points"] - free, 1), 0.5 + level / 2))
         spreads = self.uncertainties
         return {

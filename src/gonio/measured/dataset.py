@@ -6,7 +6,7 @@ and `phi` [degree], and `wavelength` [nm], `channel` or `scan` where there are s
 one flat `direction`. `history` has one line a step and `provenance` the header lines of the file it came from.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -141,14 +141,46 @@ def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
 
 
 def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Several scans as one, told apart by a `scan` coordinate: for fits that share parameters."""
+    """Several scans as one flat scan, told apart by a `scan` coordinate: for fits that share parameters.
+
+    Directions, wavelengths and channels may differ from scan to scan, and masks are kept. Where a scan holds several
+    itself, `scan` is the name given here, a stroke, and its own.
+    Raises ValueError for units that differ, or a coordinate that only some of the scans have.
+    """
+    if not scans:
+        raise ValueError("there is no scan to join")
     units = {unit(scan) for scan in scans.values()}
     if len(units) > 1:
         raise ValueError(f"scans in {' and '.join(sorted(units))} cannot be joined: calibrate the relative ones first")
-    flats: Sequence[xr.Dataset] = [
-        flatten(s).assign_coords(scan=("direction", np.full(flatten(s).sizes["direction"], name)))
-        for name, s in scans.items()
-    ]
-    return xr.concat(
-        flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts"
+    flats = {name: _named(scan, name) for name, scan in scans.items()}
+    for coordinate in dict.fromkeys(str(c) for flat in flats.values() for c in flat.coords):
+        if lacking := [name for name, flat in flats.items() if coordinate not in flat.coords]:
+            raise ValueError(f"{', '.join(lacking)} says no {coordinate}, and other scans do: add it, or leave it out")
+    if any("mask" in flat for flat in flats.values()):
+        flats = {name: _with_mask(flat) for name, flat in flats.items()}
+    joined: xr.Dataset = xr.concat(
+        list(flats.values()),
+        dim="direction",
+        data_vars="all",
+        coords="all",
+        join="outer",
+        combine_attrs="drop_conflicts",
     )
+    past = [f"{name}: {line}" for name, flat in flats.items() for line in flat.attrs.get("history", "").splitlines()]
+    simulated = "; ".join(dict.fromkeys(f.attrs["simulated"] for f in flats.values() if "simulated" in f.attrs))
+    attrs = {"history": "\n".join(past)} | ({"simulated": simulated} if simulated else {})
+    return add_history(joined.assign_attrs(attrs), f"joined {', '.join(flats)}")
+
+
+def _named(scan: xr.Dataset, name: str) -> xr.Dataset:
+    """The flat scan with its name as `scan`, without the lines of its file, which would be those of several."""
+    flat = flatten(scan).drop_vars("line", errors="ignore")
+    own = flat["scan"].values if "scan" in flat.coords else np.full(flat.sizes["direction"], "")
+    return flat.assign_coords(scan=("direction", np.array([f"{name}/{o}" if o else name for o in own.tolist()])))
+
+
+def _with_mask(flat: xr.Dataset) -> xr.Dataset:
+    """The flat scan with a mask, one that masks nothing where it has none."""
+    if "mask" in flat:
+        return flat
+    return flat.assign(mask=("direction", np.zeros(flat.sizes["direction"], dtype=np.int8)))

@@ -8,7 +8,7 @@ from gonio.geometry import GRAZING, Geometry
 from gonio.model import Model, Parameter, PerSteradian
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.kirchhoff import CorrelationLength, Wavelength, diffracted, poisson_mean
-from gonio.optics.quadrature import once_each, unit_interval
+from gonio.optics.quadrature import for_each, once_each, unit_interval
 from gonio.units import to_radians
 
 RmsHeight = Annotated[float, Parameter(0.05, 0.001, 10.0, "rms height of the surface", "um")]
@@ -26,7 +26,8 @@ def renormalised(
 
     It reflects 1 - exp(-g) of the light times the reflectance, where that changes little over the lobe.
     """
-    gain = renormalisation(to_radians(g.theta_i_deg), sigma, length, wavelength)
+    theta = to_radians(g.theta_i_deg)
+    gain = for_each(lambda *shape: renormalisation(theta, *shape), sigma, length, wavelength)
     return unpolarised(g.cos_beta, index, extinction) * gain * diffracted(g, sigma, length, wavelength)
 
 

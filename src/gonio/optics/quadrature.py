@@ -36,6 +36,21 @@ def once_each(of: Callable[..., Array]) -> Callable[..., Array]:
     return lookup
 
 
+def for_each(of: Callable[..., Array], *shape: Array) -> Array:
+    """`of(*shape)` for several candidates (k, 1), computed once for those that differ in other parameters alone.
+
+    A search moves one parameter at a time. Only NumPy can tell which are equal; other libraries compute every one.
+    """
+    if not all(is_traced_never(array) for array in shape):
+        return of(*shape)
+    xp = namespace(shape[0])
+    full = xp.broadcast_arrays(*shape)
+    if full[0].ndim != 2 or full[0].shape[1] != 1:
+        return of(*shape)
+    distinct, where = xp.unique(xp.stack([array[:, 0] for array in full]), axis=1, return_inverse=True)
+    return of(*(row[:, None] for row in distinct))[where]
+
+
 @functools.cache
 def _gauss_legendre(count: int) -> tuple[Array, Array]:
     return np.polynomial.legendre.leggauss(count)

@@ -1,5 +1,6 @@
 """How far two reflectances are apart, and which of several models is nearest to a scan."""
 
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,6 +18,7 @@ from gonio.fit.solver import Progress, Solver, silent
 from gonio.fit.strength import resolved
 from gonio.measured import dataset
 from gonio.model import Model
+from gonio.processes import results
 
 Values = npt.NDArray[np.float64]
 
@@ -217,6 +219,7 @@ def rank(
     solver: Solver | None = None,
     progress: Progress = silent,
     left_out: str = "",
+    workers: int = 1,
     **options: Any,
 ) -> list[Row]:
     """Fit several models to one scan and order them by a metric, the nearest first, ties by fewer free values.
@@ -224,18 +227,27 @@ def rank(
     With `left_out` (`theta_i`, `out-of-plane`, or a number of blocks) each is validated, and the order is by lg RMSE of
     what was left out.
 
+    `workers` processes share the models (`processes.results`), and find the same whatever their number.
     `options` are those of Problem; held, grouped, shared, smooth and bounded names apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
     """
     if by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
-    rows = []
-    for done, model in enumerate(models, start=1):
-        problem = resolved(Problem(model, scan, **_for_model(model, models, options)))
-        row = assess(problem, fit(problem, solver))
-        rows.append(validate(problem, row, left_out) if left_out else row)
-        progress(done / len(models))
+    problems = [Problem(model, scan, **_for_model(model, models, options)) for model in models]
+    longest = sorted(range(len(models)), key=lambda k: -len(problems[k].free_shape))  # their searches start first
+    found: dict[int, Row] = {}
+    work = functools.partial(_assessed, solver=solver, left_out=left_out)
+    for place, row in results(work, [problems[k] for k in longest], workers):
+        found[longest[place]] = row
+        progress(len(found) / len(models))
+    rows = [found[k] for k in range(len(models))]
     return _ordered(rows, (lambda row: row.validated["log10_rmse"]) if left_out else (lambda row: row.metrics[by]))
+
+
+def _assessed(problem: Problem, solver: Solver | None, left_out: str) -> Row:
+    problem = resolved(problem)
+    row = assess(problem, fit(problem, solver))
+    return validate(problem, row, left_out) if left_out else row
 
 
 def _ordered(rows: Sequence[Row], of: Callable[[Row], float]) -> list[Row]:

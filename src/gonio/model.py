@@ -6,7 +6,9 @@ options and tables are all read from this one declaration.
 """
 
 import functools
+import importlib
 import inspect
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -108,6 +110,14 @@ class Model:
         if clash := declared.keys() & self.terms.keys():
             raise ValueError(f"{self.name}: {', '.join(sorted(clash))} cannot be both a weight and a shape parameter")
 
+    def __reduce__(self) -> tuple[Callable[[str, str], "Model"], tuple[str, str]]:
+        """A model goes to another process as the place of its declaration, and is the same object when it returns."""
+        for module in list(sys.modules.values()):
+            for attribute, value in list(getattr(module, "__dict__", {}).items()):
+                if value is self and module.__name__ != "__main__":
+                    return _declared_at, (module.__name__, attribute)
+        raise ValueError(f"{self.name} is declared in no module, so no other process can find it: use one worker")
+
     @functools.cached_property
     def shape(self) -> dict[str, Parameter]:
         """The shape parameters in the order in which the terms name them."""
@@ -194,6 +204,11 @@ class Model:
                     f"{self.name} has no parameter {name!r}; "
                     f"its weights are {', '.join(self.weights)} and its shape parameters {shape}"
                 )
+
+
+def _declared_at(module: str, attribute: str) -> Model:
+    found: Model = getattr(importlib.import_module(module), attribute)
+    return found
 
 
 @functools.cache

@@ -26,11 +26,13 @@ from gonio.app.options import (
     SolverName,
     Wavelength,
     Weigh,
+    Workers,
     chosen_models,
     problem_options,
     read_joint,
     read_scan,
 )
+from gonio.app.options import workers as processes
 from gonio.app.terminal import app
 
 if TYPE_CHECKING:
@@ -119,6 +121,7 @@ def compare_models(
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
+    workers: Workers = 0,
     json: Json = "",
     force: Force = False,
 ) -> None:
@@ -138,6 +141,7 @@ def compare_models(
                 by=rank_by,
                 solver=search,
                 left_out=validate,
+                workers=processes(workers, len(chosen)),
                 progress=lambda f, done=done: progress((done + f) / len(loaded)),  # type: ignore[misc]
                 **options,
             )

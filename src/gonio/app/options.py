@@ -45,6 +45,12 @@ MaterialName = Annotated[
 Wavelength = Annotated[str, typer.Option("--wavelength", metavar="NM", help="for --material, where no scan says it")]
 Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names, family (the paper's) or all")]
 
+Workers = Annotated[
+    int, typer.Option("--workers", metavar="N", help="processes that share the models; 0: as many as pay off")
+]
+
+MODELS_A_WORKER = 8  # fewer are fitted before another process has started
+
 
 def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
     """A scan without errors, masked and reduced as asked; its warnings go to standard error."""
@@ -116,3 +122,10 @@ def chosen_models(names: str) -> "list[Model]":
     if names == "family":
         return [catalogue[name] for name in FAMILY]
     return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
+
+
+def workers(asked: int, models: int) -> int:
+    """The number of processes: what was asked for, or for 0 every core that this many models keep busy."""
+    from gonio.processes import cores
+
+    return asked or max(min(cores(), models // MODELS_A_WORKER), 1)

@@ -11,7 +11,7 @@ Values = npt.NDArray[np.float64]
 
 def covariance(problem: Problem, vector: Values) -> Values:
     """`robust` covariance of the free values of a problem at an optimum (n, n)."""
-    plane = Tangent(np.concatenate([_jacobian(problem, vector), problem.penalty]))
+    plane = Tangent(np.concatenate([jacobian(problem, vector), problem.penalty]))
     return robust(plane, problem.difference(problem.brdf(vector)))
 
 
@@ -50,23 +50,27 @@ def _infinite(found: Values, unknown: npt.NDArray[np.bool_]) -> Values:
     return found
 
 
-def _jacobian(problem: Problem, vector: Values) -> Values:
-    """Derivative of the residual with respect to weights (exact) and shape (differences)."""
+def jacobian(problem: Problem, vector: Values) -> Values:
+    """Derivative of the residual (points, n) with respect to weights (exact) and shape (differences)."""
     n = problem.n_weights
     weights, shape = vector[:n], vector[n:]
+
+    def brdf(shape: Values) -> Values:
+        return problem.brdf(np.concatenate([np.broadcast_to(weights, (*shape.shape[:-1], n)), shape], axis=-1))
+
     matrix, fixed = problem.design(shape)
     columns = matrix
     if len(shape):
-        moved = derivative(
-            lambda shape: problem.brdf(np.concatenate([weights, shape])),
-            shape,
-            problem.lower[n:],
-            problem.upper[n:],
-            scale=1e-3,  # of a value that is zero, and little against what any unit of ours resolves
-        )
+        # scale of a value that is zero: little against what any unit of ours resolves
+        moved = derivative(brdf, shape, problem.lower[n:], problem.upper[n:], scale=1e-3, vectorised=True)
         columns = np.concatenate([matrix, moved], axis=1)
+    return residual_slopes(problem, matrix @ weights + fixed, columns)
+
+
+def residual_slopes(problem: Problem, modelled: Values, columns: Values) -> Values:
+    """Derivative of the residual (points, n) from that of the BRDF, `modelled` at every point."""
     if problem.logarithmic:
-        modelled = matrix @ weights + fixed
-        columns = columns / np.maximum(modelled, np.finfo(float).tiny)[:, None]
+        seen = modelled > np.finfo(float).tiny  # below, the residual keeps the logarithm of this
+        columns = np.where(seen, columns.T / np.where(seen, modelled, 1.0), 0.0).T
     out: Values = problem.root_weights[:, None] * columns
     return out

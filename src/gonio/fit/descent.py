@@ -5,7 +5,7 @@ last digits are therefore sought where the residual is orthogonal to its tangent
 derivatives and no comparison of costs.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Function = Callable[[Values], Values]
 Bound = Values | float
+Difference = Generator[Values, Values, Values]  # asks for values at two points at a time, returns a derivative
 EPS = float(np.finfo(float).eps)
 
 SEARCHED = 1e-10  # relative change of cost or point that ends a search: Newton steps start well from there
@@ -57,35 +58,41 @@ def descend(
     *,
     scale: Bound = 0.0,
     jacobian: Function | None = None,
+    tolerance: float = SEARCHED,
     max_steps: int = 2000,
     last_digits: bool = True,
+    vectorised: bool = False,
 ) -> Descent:
     """The minimum of the squared residual within bounds that lies downhill of `start` (branch1999, by SciPy).
 
     scale: what a value must change by to matter where it is smaller itself; it sets the steps of differences.
-    jacobian: the exact derivative (points, values), where there is one. max_steps: points that the search may try, not
-    counting those of differences. last_digits: whether to `polish`, which can double the evaluations of a short search.
+    jacobian: the exact derivative (points, values), where there is one. tolerance: relative change of cost or point
+    that ends the search. max_steps: points that it may try, not counting those of differences. last_digits: whether to
+    `polish`, which can double the evaluations of a short search. vectorised: whether the residual also takes several
+    points (n, values) at once.
     """
-    counted = _Counted(residual)
+    counted = _Counted(residual, vectorised)
     point, low, high = _within(start, lower, upper)
     slopes = jacobian or (lambda x: _forward(counted, x, _sizes(x, scale), low, high))
     bounded = bool(np.isfinite([low, high]).any())
-    held, tolerance, steps, exhausted = np.zeros(len(point), dtype=bool), np.inf, 0, False
+    held, reached, steps, exhausted = np.zeros(len(point), dtype=bool), np.inf, 0, False
     for _ in range(ROUNDS):
         value, tangent = counted(point), slopes(point)
         sizes, downhill = _sizes(point, scale), -(tangent.T @ value)
         flat = sizes**2 * np.sum(tangent**2, axis=0) <= (4 * FORWARD) ** 2 * _squared(value)  # rounding of a difference
         pressed = ((point <= low) & (downhill <= 0)) | ((point >= high) & (downhill >= 0))
-        if (pressed | flat).all() or not value.any() or (tolerance == SEARCHED and np.array_equal(pressed, held)):
+        if (pressed | flat).all() or not value.any() or (reached == tolerance and np.array_equal(pressed, held)):
             break
-        held, tolerance = pressed, (ROUGH if bounded and not steps else SEARCHED)
-        found = _trust_region(counted, slopes, point, low, high, sizes, ~held, tolerance, max_steps - steps)
+        held, reached = pressed, (ROUGH if bounded and not steps else tolerance)
+        found = _trust_region(counted, slopes, point, low, high, sizes, ~held, reached, max_steps - steps)
         point = _edges(counted, found.x, _reach(found, sizes, ~held), low, high)
         steps, exhausted = steps + found.nfev, found.status == 0
         if exhausted or not bounded:
             break
     end = Descent(point, _squared(counted(point)), np.nan, exhausted, counted.evaluations)
-    return polish(residual, end, low, high, scale=scale, jacobian=jacobian) if last_digits else end
+    if not last_digits:
+        return end
+    return polish(residual, end, low, high, scale=scale, jacobian=jacobian, vectorised=vectorised)
 
 
 def polish(
@@ -96,18 +103,19 @@ def polish(
     *,
     scale: Bound = 0.0,
     jacobian: Function | None = None,
+    vectorised: bool = False,
 ) -> Descent:
     """The last digits of a minimum: Newton steps on the values that are at no bound, while each halves the offset.
 
     Gauss-Newton steps contract by the ratio of the residual to the radius of curvature of the model's surface, which a
     poor fit brings near one (bates1980). With the curvature, measured once, the first step already brings most digits.
     """
-    counted = _Counted(residual)
+    counted = _Counted(residual, vectorised)
     point, low, high = _within(end.point, lower, upper)
     free = (low < point) & (point < high)
 
     def slopes(point: Values) -> Values:
-        return (jacobian(point) if jacobian else derivative(counted, point, low, high, scale=scale))[:, free]
+        return (jacobian(point) if jacobian else _derivative(counted, point, low, high, scale))[:, free]
 
     with np.errstate(all="ignore"):  # a step out of the model's domain gives no number, and is refused
         value, tangent = counted(point), slopes(point)
@@ -143,23 +151,20 @@ def polish(
 
 
 def derivative(
-    function: Function, point: Values, lower: Bound = -np.inf, upper: Bound = np.inf, *, scale: Bound = 0.0
+    function: Function,
+    point: Values,
+    lower: Bound = -np.inf,
+    upper: Bound = np.inf,
+    *,
+    scale: Bound = 0.0,
+    vectorised: bool = False,
 ) -> Values:
     """Derivative (points, values) by central differences, extrapolated to step zero (ridders1982), within bounds.
 
     Accurate to some 1e-12 of a column's length. Where a bound leaves no room for both sides: a plain difference, 1e-10.
-    scale: as `descend` takes it.
+    scale, vectorised: as `descend` takes them.
     """
-    point, low, high = _within(point, lower, upper)
-    sizes, room = _sizes(point, scale), np.minimum(point - low, high - point)
-    columns = []
-    for k in range(len(point)):
-        if room[k] < CENTRAL * sizes[k]:
-            inwards = CENTRAL * sizes[k] * (1 if high[k] - point[k] > point[k] - low[k] else -1)
-            columns.append(_one_sided(function, point, k, inwards))
-        else:
-            columns.append(_extrapolated(function, point, k, min(WIDEST * sizes[k], room[k])))
-    return np.stack(columns, axis=-1)
+    return _derivative(_Counted(function, vectorised), *_within(point, lower, upper), scale)
 
 
 class Tangent:
@@ -189,8 +194,8 @@ class Tangent:
 class _Counted:
     """A function that counts its calls and remembers the last, which a search repeats when it takes differences."""
 
-    def __init__(self, function: Function) -> None:
-        self._function = function
+    def __init__(self, function: Function, vectorised: bool) -> None:
+        self._function, self._vectorised = function, vectorised
         self._point, self._value = np.empty(0), np.empty(0)
         self.evaluations = 0
 
@@ -199,6 +204,11 @@ class _Counted:
             self.evaluations += 1
             self._point, self._value = point.copy(), self._function(point)
         return self._value
+
+    def each(self, points: Values) -> Values:
+        """The values (n, points) at several points (n, values)."""
+        self.evaluations += len(points)
+        return self._function(points) if self._vectorised else np.stack([self._function(point) for point in points])
 
 
 def _within(point: Values, lower: Bound, upper: Bound) -> tuple[Values, Values, Values]:
@@ -282,7 +292,7 @@ def _edges(residual: Function, point: Values, reach: Values, lower: Values, uppe
 
 
 def _hessian(
-    residual: Function, point: Values, value: Values, directions: Values, lower: Values, upper: Values
+    residual: _Counted, point: Values, value: Values, directions: Values, lower: Values, upper: Values
 ) -> Values:
     """Second derivative of half the squared residual along the directions: one in the tangent plane, plus curvature.
 
@@ -293,54 +303,75 @@ def _hessian(
     reach = np.abs(directions).sum(axis=1)
     room = np.minimum(point - lower, upper - point)[reach > 0] / reach[reach > 0]
     step = min(BENT * float(np.linalg.norm(value)) / len(value) ** 0.5, float(room.min(initial=np.inf)) / 2)
-
-    def along(shift: Values) -> float:
-        ahead, behind = residual(point + step * shift), residual(point - step * shift)
-        return float(value @ ((ahead - value) + (behind - value))) / step**2
-
-    single = [along(directions[:, a]) for a in range(n)]
-    bend = np.diag(single)
-    for a in range(n):
-        for b in range(a):
-            bend[a, b] = bend[b, a] = (along(directions[:, a] + directions[:, b]) - single[a] - single[b]) / 2
+    a, b = np.tril_indices(n, -1)
+    shifts = step * np.concatenate([directions.T, (directions[:, a] + directions[:, b]).T])
+    ahead, behind = np.split(residual.each(np.concatenate([point + shifts, point - shifts])), 2)
+    curvature = ((ahead - value) + (behind - value)) @ value / step**2
+    bend = np.diag(curvature[:n])
+    bend[a, b] = bend[b, a] = (curvature[n:] - curvature[a] - curvature[b]) / 2
     hessian = np.eye(n) + bend
     sound = np.isfinite(hessian).all() and np.linalg.eigvalsh(hessian).min(initial=np.inf) > SADDLE
     return hessian if sound else np.eye(n)
 
 
-def _forward(function: Function, point: Values, sizes: Values, lower: Values, upper: Values) -> Values:
+def _forward(function: _Counted, point: Values, sizes: Values, lower: Values, upper: Values) -> Values:
     """The derivative to some 1e-8, with one evaluation a value, towards the bound that is farther."""
-    value, columns = function(point), []
+    moved = forward_steps(point, sizes, lower, upper)
+    return ((function.each(moved) - function(point)) / (np.diagonal(moved) - point)[:, None]).T
+
+
+def forward_steps(point: Values, sizes: Values, lower: Values, upper: Values) -> Values:
+    """The points (values, values) of forward differences, each towards the bound that is farther."""
+    return point + np.diag(FORWARD * sizes * np.where(upper - point >= point - lower, 1, -1))
+
+
+def _derivative(function: _Counted, point: Values, lower: Values, upper: Values, scale: Bound) -> Values:
+    sizes, room = _sizes(point, scale), np.minimum(point - lower, upper - point)
+    columns: list[Difference] = []
     for k in range(len(point)):
-        step = FORWARD * sizes[k] * (1 if upper[k] - point[k] >= point[k] - lower[k] else -1)
-        moved = _replaced(point, k, point[k] + step)
-        columns.append((function(moved) - value) / (moved[k] - point[k]))
-    return np.stack(columns, axis=-1)
+        if room[k] < CENTRAL * sizes[k]:
+            inwards = CENTRAL * sizes[k] * (1 if upper[k] - point[k] > point[k] - lower[k] else -1)
+            columns.append(_one_sided(function(point), point, k, inwards))
+        else:
+            columns.append(_extrapolated(point, k, min(WIDEST * sizes[k], room[k])))
+    return np.stack(_side_by_side(function, columns), axis=-1)
 
 
-def _one_sided(function: Function, point: Values, k: int, step: float) -> Values:
+def _side_by_side(function: _Counted, columns: list[Difference]) -> list[Values]:
+    """What each difference returns; what all of them ask for next is evaluated at once."""
+    found: dict[int, Values] = {}
+    asked = {k: next(column) for k, column in enumerate(columns)}
+    while asked:
+        values = function.each(np.concatenate(list(asked.values())))
+        for k, pair in zip(list(asked), np.split(values, len(asked)), strict=True):
+            try:
+                asked[k] = columns[k].send(pair)
+            except StopIteration as end:
+                found[k] = end.value
+                del asked[k]
+    return [found[k] for k in range(len(columns))]
+
+
+def _one_sided(value: Values, point: Values, k: int, step: float) -> Difference:
     """Derivative by value k to second order from points on one side."""
-    value = function(point)
-    once, twice = (function(_replaced(point, k, point[k] + many * step)) - value for many in (1, 2))
+    once, twice = (yield np.stack([_replaced(point, k, point[k] + many * step) for many in (1, 2)])) - value
     return (4 * once - twice) / (2 * step)  # of differences: no slope is zero, not rounding
 
 
-def _extrapolated(function: Function, point: Values, k: int, step: float) -> Values:
+def _extrapolated(point: Values, k: int, step: float) -> Difference:
     """Derivative by value k: central differences over halved steps, extrapolated to zero (ridders1982).
 
     Each entry of a row is of two orders more than the one before. The entry that differs least from its neighbours is
     kept, and the table ends where rounding makes them differ more again.
     """
-
-    def central() -> Values:
-        ahead, behind = _replaced(point, k, point[k] + step), _replaced(point, k, point[k] - step)
-        return (function(ahead) - function(behind)) / (ahead[k] - behind[k])
-
-    row = [central()]
-    best, least = row[0], np.inf
-    for _ in range(HALVINGS):
-        step /= 2
-        above, row = row, [central()]
+    row: list[Values] = []
+    best, least = np.empty(0), np.inf
+    for _ in range(HALVINGS + 1):
+        sides = np.stack([_replaced(point, k, point[k] + step), _replaced(point, k, point[k] - step)])
+        ahead, behind = yield sides
+        above, row = row, [(ahead - behind) / (sides[0, k] - sides[1, k])]
+        if not above:
+            best = row[0]
         for order, coarser in enumerate(above, start=1):
             row.append(row[-1] + (row[-1] - coarser) / (4.0**order - 1))
             error = float(max(np.linalg.norm(row[-1] - row[-2]), np.linalg.norm(row[-1] - coarser)))
@@ -349,4 +380,5 @@ def _extrapolated(function: Function, point: Values, k: int, step: float) -> Val
         size = np.linalg.norm(best)
         if least <= ENOUGH * size or (least < CENTRAL * size and np.linalg.norm(row[-1] - above[-1]) > 2 * least):
             break
+        step /= 2
     return best

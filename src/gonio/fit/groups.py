@@ -6,13 +6,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fit.descent import FORWARD
 from gonio.fit.problem import Entry, Problem, labelled
 from gonio.fit.solution import Optimum
 
 Values = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
-SMALLEST = 1e-3  # scale of a value that is zero, as the covariance takes it
 
 
 class Reduced(Protocol):
@@ -90,41 +88,14 @@ def side_by_side(reduced: Reduced, point: Values, k: int, line: int) -> Values:
     at = sum(entry.size for entry in entries[:k])
     own = slice(at, at + entries[k].size)
     tried = np.vstack([point[own], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
-    errors = [_errors_by_group(entries[k], reduced.residual(_moved(point, own, values))) for values in tried]
-    return _moved(point, own, tried[np.argmin(errors, axis=0), np.arange(entries[k].size)])
-
-
-def slopes(problem: Problem, vector: Values) -> Values:
-    """Derivative of the whole residual (points and rows of the penalty, values), some 1e-8 of a column exact.
-
-    One difference serves all groups of a shape parameter, since no point sees two of them.
-    """
-    weights, shape = vector[: problem.n_weights], vector[problem.n_weights :]
-    matrix, fixed = problem.design(shape)
-    modelled = matrix @ weights + fixed
-    columns, at = [matrix], 0
-    for entry in problem.free_shape:
-        own = slice(at, at + entry.size)
-        at += entry.size
-        here = shape[own]
-        inwards = np.where(entry.upper - here >= here - entry.lower, 1.0, -1.0)
-        ahead = here + FORWARD * np.maximum(np.abs(here), SMALLEST) * inwards
-        change = problem.brdf(np.concatenate([weights, _moved(shape, own, ahead)])) - modelled
-        column = np.zeros((len(modelled), entry.size))
-        column[np.arange(len(modelled)), entry.group] = change / (ahead - here)[entry.group]
-        columns.append(column)
-    whole = np.concatenate(columns, axis=1)
-    if problem.logarithmic:
-        whole /= np.maximum(modelled, np.finfo(float).tiny)[:, None]
-    return np.concatenate([problem.root_weights[:, None] * whole, problem.penalty])
+    points = np.tile(point, (len(tried), 1))
+    points[:, own] = tried
+    errors = [_errors_by_group(entries[k], residual) for residual in reduced.residual(points)]
+    best = point.copy()
+    best[own] = tried[np.argmin(errors, axis=0), np.arange(entries[k].size)]
+    return best
 
 
 def _errors_by_group(entry: Entry, residual: Values) -> Values:
     squared = residual[: len(entry.group)] ** 2
     return np.bincount(entry.group, weights=squared, minlength=entry.size).astype(float)
-
-
-def _moved(point: Values, own: slice, values: Values) -> Values:
-    out = point.copy()
-    out[own] = values
-    return out

@@ -2,34 +2,48 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import qr, solve_triangular
 from scipy.optimize import lsq_linear, nnls
 
 Values = npt.NDArray[np.float64]
+ALIKE = 1e-12  # of the largest: size of a part that the data do not tell
 
 
 def bounded_least_squares(matrix: Values, target: Values, lower: Values, upper: Values) -> Values:
     """The x within bounds that minimises |matrix x - target|: the problem is convex, so this is the global optimum.
 
+    `matrix` (..., points, n) and `target` (..., points) may carry leading dimensions for several problems at once.
     The matrix is reduced by QR and its columns scaled to unit length; the bounds are looked at only when the free
     optimum leaves them. Columns that are zero, and directions that the data do not tell apart, get the shortest
     solution.
     """
-    n = matrix.shape[1]
-    both = np.empty((len(matrix), n + 1), order="F")  # one factorisation reduces the target with the matrix
-    both[:, :n], both[:, n] = matrix, target
-    reduced = qr(both, mode="raw", overwrite_a=True, check_finite=False)[1][:n]
-    length = np.sqrt(np.einsum("ij,ij->j", reduced[:, :n], reduced[:, :n]))  # of the matrix's columns too
+    n = matrix.shape[-1]
+    both = np.concatenate([matrix, target[..., None]], axis=-1)  # one factorisation reduces the target with the matrix
+    reduced = np.asarray(np.linalg.qr(both, mode="r"))[..., :n, :]
+    length = np.sqrt(np.sum(reduced[..., :n] ** 2, axis=-2))  # of the matrix's columns too
     length[length == 0] = 1.0
-    r, projected = reduced[:, :n] / length, reduced[:, n]
-    diagonal = np.abs(np.diag(r))
-    if len(reduced) == n and n and diagonal.min() > 1e-12 * diagonal.max():
-        scaled = solve_triangular(r, projected, check_finite=False)
-    else:
-        scaled = np.linalg.lstsq(r, projected, rcond=1e-12)[0]
+    r, projected = reduced[..., :n] / length[..., None, :], reduced[..., n]
+    scaled = _free(r, projected)
     low, high = lower * length, upper * length
-    if np.all(scaled >= low) and np.all(scaled <= high):
-        return scaled / length
+    outside = ((scaled < low) | (scaled > high)).any(axis=-1)
+    for place in map(tuple, np.argwhere(outside)):
+        scaled[place] = _bounded(r[place], projected[place], low[place], high[place])
+    return np.clip(scaled / length, lower, upper)
+
+
+def _free(r: Values, projected: Values) -> Values:
+    """The optimum without bounds, for triangular matrices (..., rows, n)."""
+    *lead, rows, n = r.shape
+    size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
+    sound = (size.min(axis=-1, initial=np.inf) > ALIKE * size.max(axis=-1, initial=0.0)) & (rows == n)
+    if sound.all():
+        return np.asarray(np.linalg.solve(r, projected[..., None])[..., 0], dtype=float)
+    found = np.empty((*lead, n))
+    for place in np.ndindex(*lead):
+        found[place] = np.linalg.lstsq(r[place], projected[place], rcond=ALIKE)[0]
+    return found
+
+
+def _bounded(r: Values, projected: Values, low: Values, high: Values) -> Values:
     if not low.any() and np.isinf(high).all():
-        return nnls(r, projected)[0] / length
-    return np.clip(lsq_linear(r, projected, (low, high), method="bvls", tol=1e-15).x / length, lower, upper)
+        return nnls(r, projected)[0]
+    return lsq_linear(r, projected, (low, high), method="bvls", tol=1e-15).x

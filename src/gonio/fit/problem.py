@@ -277,11 +277,12 @@ class Problem:
         return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
 
     def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
-        """A weighted design and its target for one shape, with the rows of the penalty below."""
+        """A weighted design and its target for one shape or several, with the rows of the penalty below."""
         if not len(self.penalty):
             return matrix, target
-        weights, bent = self.penalty[:, : self.n_weights], self.penalty[:, self.n_weights :] @ shape
-        return np.concatenate([matrix, weights]), np.concatenate([target, -bent])
+        weights, bent = self.penalty[:, : self.n_weights], shape @ self.penalty[:, self.n_weights :].T
+        weights = np.broadcast_to(weights, (*shape.shape[:-1], *weights.shape))
+        return np.concatenate([matrix, weights], axis=-2), np.concatenate([target, -bent], axis=-1)
 
     def difference(self, modelled: Values) -> Values:
         """The residual of BRDF values that are there already."""

@@ -1,21 +1,26 @@
 """Variable projection: the weights are the exact optimum, so only the shape is searched (golub1973)."""
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fit.descent import Descent, descend, polish
+from gonio.fit.covariance import jacobian
+from gonio.fit.descent import SEARCHED, Descent, descend, polish
 from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fit.linear import bounded_least_squares
 from gonio.fit.problem import Problem
+from gonio.fit.refit import refit
 from gonio.fit.solution import Optimum
 from gonio.fit.solver import Progress, silent
 
 Values = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one found twice differs by rounding
+NEAR = 1e-6  # relative change of E that ends a search for a start
+TOGETHER = 2**14  # values of candidates that are computed at once: a processor's cache holds them
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,7 @@ class Projection:
 
     grid: int = 15
     searches: int = 4
-    max_steps: int = 200
+    max_steps: int = 2000
     line: int = 61
     rounds: int = 4
     name = "projection"
@@ -46,16 +51,9 @@ class Projection:
             weights, residual = reduced.solve(problem.shape_start)
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
-        best = self._best(reduced, self._starts(reduced))
-        history = [best.cost]
-        for rounds in range(1, self.rounds + 1):
-            progress(rounds / self.rounds)
-            better = self._crossings(reduced, best)
-            found = self._best(reduced, better) if better else best
-            if not found.cost < best.cost * (1 - BETTER):
-                break
-            best = found
-            history.append(best.cost)
+        best, history = self._search_shape(reduced, progress)
+        best = polish(reduced.residual, best, 0.0, 1.0, scale=1.0, vectorised=True)
+        history[-1] = best.cost
         shape = reduced.shape(best.point)
         vector = np.concatenate([reduced.solve(shape)[0], shape])
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history))
@@ -67,13 +65,39 @@ class Projection:
             progress(len(found) / len(split))
         return assembled(problem, found)
 
-    def _best(self, reduced: "_Reduced", starts: list[Values]) -> Descent:
-        """The lowest minimum downhill of several starts; the last digits of that one alone."""
+    def _search_shape(
+        self, reduced: "_Reduced", progress: Progress, tolerance: float = SEARCHED
+    ) -> tuple[Descent, list[float]]:
+        """The lowest minimum that is found, its last digits left, and the least E after each round."""
+        best = self._best(reduced, self._starts(reduced), tolerance)
+        history = [best.cost]
+        for rounds in range(1, self.rounds + 1):
+            progress(rounds / self.rounds)
+            better = self._crossings(reduced, best)
+            found = self._best(reduced, better, tolerance) if better else best
+            if not found.cost < best.cost * (1 - BETTER):
+                break
+            best = found
+            history.append(best.cost)
+        return best, history
+
+    def _best(self, reduced: "_Reduced", starts: list[Values], tolerance: float) -> Descent:
+        """The lowest minimum downhill of several starts."""
         ends = [
-            descend(reduced.residual, start, 0.0, 1.0, scale=1.0, max_steps=self.max_steps, last_digits=False)
+            descend(
+                reduced.residual,
+                start,
+                0.0,
+                1.0,
+                scale=1.0,
+                tolerance=tolerance,
+                max_steps=self.max_steps,
+                last_digits=False,
+                vectorised=True,
+            )
             for start in starts
         ]
-        return polish(reduced.residual, min(ends, key=lambda end: end.cost), 0.0, 1.0, scale=1.0)
+        return min(ends, key=lambda end: end.cost)
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
         """The most promising points of a grid, in unit coordinates: its local minima, best first."""
@@ -84,12 +108,12 @@ class Projection:
             from scipy.stats import qmc
 
             points = qmc.Sobol(dimensions, scramble=False).random(2 ** int(np.ceil(np.log2(64 * dimensions))))
-            order = np.argsort([reduced.cost(p) for p in points])
+            order = np.argsort(reduced.cost(points))
             return [points[k] for k in order[: self.searches]]
         axis = np.linspace(0.0, 1.0, self.grid if dimensions == 2 else 3 * self.grid)
         shape = (len(axis),) * dimensions
         points = np.array(list(itertools.product(axis, repeat=dimensions)))
-        costs = np.array([reduced.cost(p) for p in points]).reshape(shape)
+        costs = reduced.cost(points).reshape(shape)
         padded = np.pad(costs, 1, constant_values=np.inf)
         shifts = [s for s in itertools.product((-1, 0, 1), repeat=dimensions) if any(s)]
         around = [padded[tuple(slice(1 + d, 1 + d + n) for d, n in zip(s, shape, strict=True))] for s in shifts]
@@ -124,30 +148,33 @@ class Projection:
         for k in range(reduced.dimensions):
             line = np.tile(end.point, (self.line, 1))
             line[:, k] = np.linspace(0.0, 1.0, self.line)
-            costs = np.array([reduced.cost(point) for point in line])
+            costs = reduced.cost(line)
             at = int(np.argmin(costs))
             if costs[at] < end.cost * (1 - BETTER):
                 better.append(line[at])
         return better
 
     def _search_logarithmic(self, problem: Problem, progress: Progress) -> Optimum:
-        """Logarithms are not linear in the weights: start where relative errors are least, then search everything."""
-        near = self.search(replace(problem, weighting="relative"), progress)
-        span = np.where(np.isfinite(problem.upper), problem.upper, np.inf)
-        inside = np.clip(near.vector, problem.lower + 1e-12 * np.maximum(np.abs(near.vector), 1), span)
-        found = descend(
+        """Logarithms are not linear in the weights: from the best of the same starts, a search of all values."""
+        relative = _Relative(problem)
+        starts = self._starts(relative) if problem.free_shape else [np.empty(0)]
+        ends = []
+        for start in starts:
+            ends.append(refit(problem, relative.vector(start), NEAR, self.max_steps))
+            progress(len(ends) / len(starts))
+        best = min(ends, key=lambda end: end.cost)
+        found = refit(problem, best.point, max_steps=self.max_steps)
+        found = polish(
             problem.residual,
-            inside,
+            found,
             problem.lower,
             problem.upper,
-            scale=np.maximum(np.abs(inside), 1e-6),
-            max_steps=self.max_steps,
+            jacobian=lambda vector: np.concatenate([jacobian(problem, vector), problem.penalty]),
+            vectorised=True,
         )
-        cost = float(problem.cost(problem.residual(found.point)))
-        start_cost = float(problem.cost(problem.residual(near.vector)))
-        vector = found.point if cost <= start_cost else near.vector
-        history = np.minimum.accumulate([start_cost, cost])
-        return Optimum(vector, float(history[-1]), found.exhausted, near.evaluations + found.evaluations, history)
+        evaluations = relative.evaluations + found.evaluations + sum(end.evaluations for end in ends)
+        history = np.array([best.cost, found.cost]) / problem.scale
+        return Optimum(found.point, float(history[-1]), found.exhausted, evaluations, history)
 
 
 class _Reduced:
@@ -170,18 +197,44 @@ class _Reduced:
         return self._axes.unit(shape)
 
     def solve(self, shape: Values) -> tuple[Values, Values]:
-        """The exact weights for one shape, and the residual whose squared sum is E."""
-        self.evaluations += 1
+        """The exact weights for one shape or several, and the residual whose squared sum is E."""
+        self.evaluations += shape.size // max(self.dimensions, 1) or 1
         matrix, fixed = self.problem.design(shape)
         root = self.problem.root_weights
         matrix *= root[:, None]
         matrix, target = self.problem.penalised(matrix, self.problem.target - root * fixed, shape)
         weights = bounded_least_squares(matrix, target, self._lower, self._upper)
-        return weights, (matrix @ weights - target) / np.sqrt(self.problem.scale)
+        return weights, ((matrix @ weights[..., None])[..., 0] - target) / np.sqrt(self.problem.scale)
 
     def residual(self, unit: Values) -> Values:
-        return self.solve(self.shape(unit))[1]
+        """What the exact weights leave at one point or several (n, dimensions), which together cost less."""
+        if unit.ndim == 1:
+            return self.solve(self.shape(unit))[1]
+        return self.in_parts(lambda some: self.solve(self.shape(some))[1], unit)
 
-    def cost(self, unit: Values) -> float:
-        residual = self.residual(unit)
-        return float(residual @ residual)
+    def in_parts(self, function: Callable[[Values], Values], unit: Values) -> Values:
+        """`function` of many points, so many at a time as are quick."""
+        some = max(TOGETHER // len(self.problem.measured), 1)
+        return np.concatenate([function(unit[at : at + some]) for at in range(0, len(unit), some)])
+
+    def cost(self, unit: Values) -> Values:
+        squared: Values = np.sum(self.residual(unit) ** 2, axis=-1)
+        return squared
+
+
+class _Relative(_Reduced):
+    """The shape of a logarithmic problem, with the weights whose relative errors are least: the exact ones are near."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(replace(problem, weighting="relative"))
+        self._logarithmic = problem
+
+    def vector(self, unit: Values) -> Values:
+        """Weights and shape at one point or several."""
+        shape = self.shape(unit) if unit.size else unit
+        return np.concatenate([self.solve(shape)[0], shape], axis=-1)
+
+    def cost(self, unit: Values) -> Values:
+        """E of the logarithms at several points."""
+        whole = self._logarithmic
+        return self.in_parts(lambda some: whole.cost(whole.residual(self.vector(some))), unit)

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from gonio.fit.descent import Tangent, descend
-from gonio.fit.groups import carried, common, slopes
+from gonio.fit.descent import Tangent
+from gonio.fit.groups import carried, common
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
+from gonio.fit.refit import refit, slopes
 from gonio.fit.smooth import AUTO, Smooth
 
 Values = npt.NDArray[np.float64]
@@ -81,16 +82,7 @@ def _fitted(problem: Problem, names: Sequence[str], exponent: float, near: Value
         name: one._replace(strength=float(10.0**exponent)) for name, one in problem.smoothed.items() if name in names
     }
     tried = replace(problem, smooth=problem.smoothed | changed)
-    end = descend(
-        tried.residual,
-        near,
-        tried.lower,
-        tried.upper,
-        scale=np.maximum(np.abs(near), SMALLEST),
-        jacobian=lambda vector: slopes(tried, vector),
-        last_digits=False,
-    )
-    return _Fit(tried, end.point)
+    return _Fit(tried, refit(tried, near).point)
 
 
 def _least(fit: _Fit, names: Sequence[str], told: npt.NDArray[np.bool_]) -> _Fit:

@@ -3,22 +3,15 @@
 import math
 from typing import Annotated
 
-from gonio.arrays import Array, constants, is_traced_never, namespace
+from gonio.arrays import Array, namespace
 from gonio.geometry import GRAZING, Geometry
 from gonio.model import Model, Parameter, PerSteradian
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.kirchhoff import CorrelationLength, Wavelength, diffracted
-from gonio.optics.quadrature import unit_interval
+from gonio.optics.kirchhoff import CorrelationLength, Wavelength, diffracted, poisson_mean
+from gonio.optics.quadrature import for_each, once_each, unit_interval
 from gonio.units import to_radians
 
 RmsHeight = Annotated[float, Parameter(0.05, 0.001, 10.0, "rms height of the surface", "um")]
-
-_TERMS = 64
-_ROUGH = 24.0  # phase variance from which the orders of diffraction are sampled
-_ORDERS = [m + 1.0 for m in range(_TERMS)]
-_LOG_FACTORIALS = [math.lgamma(m + 1) for m in _ORDERS]
-_STEP = 6.5 / (_TERMS - 1)
-_SPREAD = [-3.0 + k * _STEP for k in range(_TERMS)]  # the root of a Poisson number has a standard deviation of 1/2
 
 
 def renormalised(
@@ -33,23 +26,16 @@ def renormalised(
 
     It reflects 1 - exp(-g) of the light times the reflectance, where that changes little over the lobe.
     """
-    gain = renormalisation(to_radians(g.theta_i_deg), sigma, length, wavelength)
+    theta = to_radians(g.theta_i_deg)
+    gain = for_each(lambda *shape: renormalisation(theta, *shape), sigma, length, wavelength)
     return unpolarised(g.cos_beta, index, extinction) * gain * diffracted(g, sigma, length, wavelength)
 
 
+@once_each
 def renormalisation(theta: Array, sigma: Array, length: Array, wavelength: Array) -> Array:
-    """What the mirror direction loses over what the kernel scatters, for light that arrives at `theta` [rad]."""
-    if not is_traced_never(theta):
-        return _lost_over_scattered(theta, sigma, length, wavelength)
-    # a scan has few angles of incidence, and only NumPy can tell how many
-    xp = namespace(theta)
-    given = xp.broadcast_arrays(theta, sigma, length, wavelength)
-    distinct, where = xp.unique(xp.stack([xp.reshape(a, (-1,)) for a in given]), axis=1, return_inverse=True)
-    return xp.reshape(_lost_over_scattered(*distinct)[where], given[0].shape)
+    """What the mirror direction loses over what the kernel scatters, for light that arrives at `theta` [rad].
 
-
-def _lost_over_scattered(theta: Array, sigma: Array, length: Array, wavelength: Array) -> Array:
-    """By quadrature over theta_r, the azimuth being a Bessel function; good to 3e-7 at every height and length.
+    By quadrature over theta_r, the azimuth being a Bessel function; good to 3e-7 at every height and length.
 
     The nodes lie about the mirror angle, at distances that grow as a sinh from the width of the lobe on.
     """
@@ -75,32 +61,16 @@ def _lost_over_scattered(theta: Array, sigma: Array, length: Array, wavelength: 
     apart = width * xp.sinh(s)
     sin_r, cos_r = xp.sin(theta + apart), xp.cos(theta + apart)
     shift = 2 * xp.cos(theta + apart / 2) * xp.sin(apart / 2)  # sin_r - sin, with its digits near the mirror
-    m, probability = _orders((k * (cos + cos_r)) ** 2)
-    lobe = xp.exp(-((a * shift) ** 2)[..., None] / m) * _bessel((2 * a**2 * sin * sin_r)[..., None] / m)
-    density = xp.sum(probability * lobe / m, axis=-1) * sin_r * cos_r
+    lobe = poisson_mean(_order, (k * (cos + cos_r)) ** 2, (a * shift) ** 2, 2 * a**2 * sin * sin_r)
+    density = lobe * sin_r * cos_r
     scattered = 2 * a**2 * xp.sum((end - start) * weights * width * xp.cosh(s) * density, axis=-1, keepdims=True)
     lost = xp.tanh(mirror / 2) * (1 + xp.exp(-mirror))  # 1 - exp(-g), with its digits where smooth
     return (lost / scattered)[..., 0]
 
 
-def _orders(variance: Array) -> tuple[Array, Array]:
-    """Orders of diffraction m > 0 and their Poisson probabilities, for a mean over them.
-
-    All orders where the surface is smooth; else samples at even spacings of sqrt(m), which is nearly Gaussian.
-    """
-    xp = namespace(variance)
-    v = variance[..., None]
-    rough = v > _ROUGH
-    root, spread = xp.sqrt(xp.where(rough, v, _ROUGH)), constants(_SPREAD, variance)
-    sampled = (root + spread) ** 2
-    # Stirling's formula in terms of sqrt(m/v); log(1 + x) is 2 atanh(x/(2 + x))
-    ratio = spread / root
-    stirling = spread * (2 * root + spread) - 4 * sampled * xp.atanh(ratio / (2 + ratio))
-    stirling = stirling - xp.log(2 * math.pi * sampled) / 2 - 1 / (12 * sampled) + 1 / (360 * sampled**3)
-    integers = constants(_ORDERS, variance)
-    exact = integers * xp.log(v) - v - constants(_LOG_FACTORIALS, variance)
-    spacing = xp.where(rough, 2 * _STEP * (root + spread), 1.0)
-    return xp.where(rough, sampled, integers), spacing * xp.exp(xp.where(rough, stirling, exact))
+def _order(m: Array, tail: Array, around: Array) -> Array:
+    """The light diffracted into one order at any azimuth, over its probability."""
+    return namespace(m).exp(-tail / m) * _bessel(around / m) / m
 
 
 def _bessel(x: Array) -> Array:

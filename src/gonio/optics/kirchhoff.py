@@ -4,20 +4,24 @@ The specular delta, which keeps exp(-g) of the light, is part of no function her
 """
 
 import math
+from collections.abc import Callable
 from typing import Annotated
 
-from gonio.arrays import Array, constants, namespace
+from gonio.arrays import Array, constants, is_traced_never, namespace
 from gonio.geometry import Geometry
 from gonio.model import Parameter
+from gonio.optics.quadrature import for_each
 
 Wavelength = Annotated[float, Parameter(0.6328, 0.1, 20.0, "wavelength", "um")]
 CorrelationLength = Annotated[float, Parameter(2.0, 0.1, 100.0, "1/e length of the height autocorrelation", "um")]
 
-_ROUGH = 40.0  # g from which the terms of the series are sampled
-_INTEGERS = [float(m) for m in range(1, 129)]
-_LOG_FACTORIALS = [math.lgamma(m + 1.0) for m in _INTEGERS]
-_SPREAD = [-6.0 + 20.0 * k / 127 for k in range(128)]  # reaches from term 2 to term 128 at g = 40
-_STEP = 20.0 / 127
+_ROUGH = 40.0  # variance from which Poisson numbers are sampled
+_NUMBERS = [float(m) for m in range(1, 129)]
+_LOG_FACTORIALS = [math.lgamma(m + 1.0) for m in _NUMBERS]
+_STEP = 0.25
+_SPREAD = [_STEP * k - 4 for k in range(41)]  # the root of a Poisson number has a standard deviation of 1/2
+_COUNTS = (16, 32, 64, 128)  # lengths of sums that are told apart
+_PORTION = 2**15  # terms at once, which a processor's cache holds
 
 
 def shift_squared(g: Geometry) -> Array:
@@ -33,9 +37,13 @@ def phase_variance(g: Geometry, rms_height: Array, wavelength: Array) -> Array:
 
 def diffracted(g: Geometry, rms_height: Array, length: Array, wavelength: Array) -> Array:
     """The kernel K [1/sr] of heights with Gaussian autocorrelation, for any roughness (formulas 7.7)."""
-    variance = phase_variance(g, rms_height, wavelength)
-    tail = (math.pi * length / wavelength) ** 2 * shift_squared(g)
-    return math.pi * (length / wavelength) ** 2 * _poisson_mean(variance, tail)
+
+    def kernel(rms_height: Array, length: Array, wavelength: Array) -> Array:
+        variance = phase_variance(g, rms_height, wavelength)
+        tail = (math.pi * length / wavelength) ** 2 * shift_squared(g)
+        return math.pi * (length / wavelength) ** 2 * poisson_mean(_order, variance, tail)
+
+    return for_each(kernel, rms_height, length, wavelength)
 
 
 def kirchhoff_obliquity(g: Geometry) -> Array:
@@ -43,20 +51,52 @@ def kirchhoff_obliquity(g: Geometry) -> Array:
     return (g.cos_beta / g.cos_alpha) ** 2 / (g.cos_i * g.cos_r)
 
 
-def _poisson_mean(variance: Array, tail: Array) -> Array:
-    """Mean of exp(-tail/m)/m, m > 0, over Poisson numbers of this variance: e^-g sum_m g^m/(m! m) exp(-tail/m).
+def poisson_mean(of: Callable[..., Array], variance: Array, tail: Array, *more: Array) -> Array:
+    """Mean of `of(m, tail, *more)` over the Poisson numbers m > 0 of this variance; `of` falls as exp(-tail/m).
 
-    All terms up to g = 40. Beyond, as many samples of the sum at spacings of a sixth of its standard deviation: the
-    trapezium rule is then exact to rounding, so both branches meet without a step and no roughness is too large.
+    All numbers up to a variance of 40, within the first 128. Beyond, samples at even spacings of sqrt(m), which is
+    nearly Gaussian: the trapezium rule and Stirling's formula are then good to 2e-11, so both meet without a step and
+    no variance is too large.
     """
     xp = namespace(variance)
-    v, t = variance[..., None], tail[..., None]
-    integers, log_factorials = constants(_INTEGERS, variance), constants(_LOG_FACTORIALS, variance)
-    rough = v > _ROUGH
-    wide = xp.where(rough, v, _ROUGH)
-    m = wide + xp.sqrt(wide) * constants(_SPREAD, variance)
-    stirling = m - wide + m * xp.log(wide / m) - xp.log(2 * math.pi * m) / 2 - 1 / (12 * m) + 1 / (360 * m**3)
-    exact = integers * xp.log(v) - v - log_factorials
-    order = xp.where(rough, m, integers)
-    spacing = xp.where(rough, _STEP * xp.sqrt(wide), 1.0)
-    return xp.sum(spacing * xp.exp(xp.where(rough, stirling, exact) - t / order) / order, axis=-1)
+    rough = variance > _ROUGH
+    numbers = constants([_NUMBERS, _LOG_FACTORIALS], variance)
+    if not is_traced_never(variance):
+        smooth = _summed(of, numbers, xp.where(rough, _ROUGH, variance), tail, *more)
+        return xp.where(rough, _sampled(of, xp.where(rough, variance, _ROUGH), tail, *more), smooth)
+    # only NumPy can tell which sum is needed where, and how long: terms beyond are below 1e-15 of the sum
+    given = xp.broadcast_arrays(variance, tail, *more)
+    flat = [xp.reshape(array, (-1,)) for array in given]
+    needed = flat[0] + 9 * xp.sqrt(flat[0]) + 7 + 1.3 * xp.sqrt(flat[1])
+    kind = xp.where(flat[0] > _ROUGH, len(_COUNTS), xp.searchsorted(_COUNTS[:-1], needed))
+    found = xp.empty_like(flat[0])
+    for k, count in enumerate((*_COUNTS, len(_SPREAD))):
+        places, some = xp.nonzero(kind == k)[0], _PORTION // count
+        for start in range(0, len(places), some):
+            at = places[start : start + some]
+            part = [array[at] for array in flat]
+            found[at] = _summed(of, numbers[:, :count], *part) if k < len(_COUNTS) else _sampled(of, *part)
+    return xp.reshape(found, given[0].shape)
+
+
+def _order(m: Array, tail: Array) -> Array:
+    """The light diffracted into one order, over its probability."""
+    return namespace(m).exp(-tail / m) / m
+
+
+def _summed(of: Callable[..., Array], numbers: Array, variance: Array, *more: Array) -> Array:
+    """The mean over numbers, which come with the logarithms of their factorials."""
+    xp, v, m = namespace(variance), variance[..., None], numbers[0, :]
+    probability = xp.exp(m * xp.log(v) - v - numbers[1, :])
+    return xp.sum(probability * of(m, *(array[..., None] for array in more)), axis=-1)
+
+
+def _sampled(of: Callable[..., Array], variance: Array, *more: Array) -> Array:
+    """The mean by the trapezium rule over sqrt(m), with Stirling's formula in terms of sqrt(m/v)."""
+    xp, root, spread = namespace(variance), variance[..., None] ** 0.5, constants(_SPREAD, variance)
+    m, ratio = (root + spread) ** 2, spread / root
+    # log(1 + x) is 2 atanh(x/(2 + x)), which keeps its digits
+    logarithm = spread * (2 * root + spread) - 4 * m * xp.atanh(ratio / (2 + ratio))
+    logarithm = logarithm - xp.log(2 * math.pi * m) / 2 - 1 / (12 * m) + 1 / (360 * m**3)
+    probability = 2 * _STEP * (root + spread) * xp.exp(logarithm)
+    return xp.sum(probability * of(m, *(array[..., None] for array in more)), axis=-1)

@@ -4,7 +4,7 @@ import math
 
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
-from gonio.optics.quadrature import unit_interval
+from gonio.optics.quadrature import once_each, unit_interval
 from gonio.units import to_degrees
 
 
@@ -68,6 +68,7 @@ def _sine(cos: Array) -> Array:
     return xp.sqrt(xp.where(squared < 1e-12, 1e-12, squared))
 
 
+@once_each
 def student_lambda(cos: Array, width: Array, c: Array) -> Array:
     """Smith's Lambda of Student's t slopes, c > 1.5: the exact form, its hypergeometric part by quadrature.
 
@@ -88,6 +89,7 @@ def student_lambda(cos: Array, width: Array, c: Array) -> Array:
     return xp.where(found < 0.0, 0.0, found)
 
 
+@once_each
 def exponential_power_lambda(cos: Array, width: Array, p: Array) -> Array:
     """Smith's Lambda of exponential-power slopes, by quadrature, good to 1e-9 for p from 0.2 to 1.5.
 

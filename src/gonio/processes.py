@@ -1,0 +1,72 @@
+"""Work on several processor cores at once: one function, many arguments, and the results as they come."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+def cores() -> int:
+    """The processor cores that this process may use."""
+    if hasattr(os, "process_cpu_count"):  # from Python 3.13 on
+        return os.process_cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[tuple[int, Result]]:
+    """`work(item)` of every item with the item's place, in the order in which they end; one worker works here.
+
+    More workers are fresh processes, on every platform alike, with one thread each: `work`, items and results travel
+    between them, so a function must be found by its name in a module, and a script that calls this needs its guard
+    `if __name__ == "__main__"`. What `work` raises is raised here, and ends the other processes, as Ctrl-C does.
+    Raises ValueError for less than one worker.
+    """
+    if workers < 1:
+        raise ValueError(f"the number of workers must be at least 1, and is {workers}")
+    if min(workers, len(items)) < 2:
+        yield from enumerate(map(work, items))
+        return
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import active_children, get_context
+
+    others = set(active_children())
+    with _one_thread_each():
+        pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=_ignore_interrupts)
+        try:
+            places = {pool.submit(work, item): place for place, item in enumerate(items)}
+            for future in as_completed(places):
+                yield places[future], future.result()
+        except BaseException:
+            for child in set(active_children()) - others:
+                child.terminate()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that start meanwhile compute with one thread: cores are shared out already."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal: the one that started the others ends them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -29,7 +29,8 @@ class Projection:
 
     grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension,
         and parameters with one value a group start from the optimum of one value for all groups.
-    searches: how many of the best starts are followed to their minimum. max_steps: evaluations in one such search.
+    searches: how many of the best starts are followed to their minimum; twice as many in logarithms, where the weights
+        of a start are only near. max_steps: evaluations in one such search.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
     """
 
@@ -157,7 +158,7 @@ class Projection:
     def _search_logarithmic(self, problem: Problem, progress: Progress) -> Optimum:
         """Logarithms are not linear in the weights: from the best of the same starts, a search of all values."""
         relative = _Relative(problem)
-        starts = self._starts(relative) if problem.free_shape else [np.empty(0)]
+        starts = replace(self, searches=2 * self.searches)._starts(relative) if problem.free_shape else [np.empty(0)]
         ends = []
         for start in starts:
             ends.append(refit(problem, relative.vector(start), NEAR, self.max_steps))

@@ -25,7 +25,8 @@ class Projection:
     """Exact weights by bounded linear least squares; the shape by local searches from many starts.
 
     grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension.
-    searches: how many of the best starts are followed to their minimum. max_steps: evaluations in one such search.
+    searches: how many of the best starts are followed to their minimum. max_steps: points that the last
+        search may try; the others, which only find out where it starts, may try a tenth.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
     """
 
@@ -46,6 +47,8 @@ class Projection:
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
         best, history = self._search_shape(reduced, progress)
+        if best.exhausted:
+            best = _descend(reduced, best.point, SEARCHED, self.max_steps)
         best = polish(reduced.residual, best, 0.0, 1.0, scale=1.0, vectorised=True)
         history[-1] = best.cost
         shape = reduced.shape(best.point)
@@ -70,20 +73,7 @@ class Projection:
 
     def _best(self, reduced: "_Reduced", starts: list[Values], tolerance: float) -> Descent:
         """The lowest minimum downhill of several starts."""
-        ends = [
-            descend(
-                reduced.residual,
-                start,
-                0.0,
-                1.0,
-                scale=1.0,
-                tolerance=tolerance,
-                max_steps=self.max_steps,
-                last_digits=False,
-                vectorised=True,
-            )
-            for start in starts
-        ]
+        ends = [_descend(reduced, start, tolerance, self.max_steps // 10) for start in starts]
         return min(ends, key=lambda end: end.cost)
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
@@ -144,6 +134,20 @@ class Projection:
         vector = found.point if cost <= start_cost else near
         history = np.minimum.accumulate([start_cost, cost])
         return Optimum(vector, float(history[-1]), found.exhausted, reduced.evaluations + found.evaluations, history)
+
+
+def _descend(reduced: "_Reduced", start: Values, tolerance: float, max_steps: int) -> Descent:
+    return descend(
+        reduced.residual,
+        start,
+        0.0,
+        1.0,
+        scale=1.0,
+        tolerance=tolerance,
+        max_steps=max_steps,
+        last_digits=False,
+        vectorised=True,
+    )
 
 
 class _Reduced:

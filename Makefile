@@ -8,7 +8,7 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench real-surfaces catalogue figures crosscheck mutation nist spectral lock clean
+.PHONY: demo test check bench bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -25,6 +25,10 @@ check: $(VENV)/.test $(VENV)/.gonio
 # Exact weights against annealing on the real scans, and start-up times; writes benchmarks/results.json and .md.
 bench: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/bench.py
+
+# The whole catalogue fitted to a real scan and validated, within a minute; writes benchmarks/compare_all.json.
+bench-compare: $(VENV)/.gonio
+	$(BIN)/python benchmarks/compare_all.py
 
 # docs/real-surfaces.md and its figures from the shared scans.
 real-surfaces: $(VENV)/.gonio

@@ -223,6 +223,21 @@ def test_exact_weights_against_scipy(seed, n, kind, collinear):
     assert cost(found) <= cost(scipy) * (1 + 1e-8)
 
 
+def test_exact_weights_of_several_problems_at_once():
+    """Free, bounded and collinear ones side by side are those of each alone."""
+    random = np.random.default_rng(7)
+    matrices = random.random((6, 30, 3)) * [1.0, 10.0, 0.1]
+    targets = np.einsum("kpn,n->kp", matrices, [1.0, 0.1, 2.0]) + random.standard_normal((6, 30))
+    matrices[2, :, 1] = matrices[2, :, 0]
+    matrices[4, :, 2] = 0.0
+    targets[5] *= -1  # the free optimum is negative
+    lower, upper = np.zeros(3), np.array([np.inf, 5.0, np.inf])
+    together = bounded_least_squares(matrices, targets, lower, upper)
+    alone = [bounded_least_squares(*one, lower, upper) for one in zip(matrices, targets, strict=True)]
+    np.testing.assert_allclose(together, alone, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(together[5], 0.0)
+
+
 def test_published_constants_come_back_to_six_digits():
     """Noise-free scans of every published surface give its constants back, ks by incidence angle as in Table 1."""
     for surface in published.values():

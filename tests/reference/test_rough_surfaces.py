@@ -46,6 +46,32 @@ def test_kernel_against_the_series(sigma):
     np.testing.assert_allclose(found, expected, rtol=3e-11, atol=1e-13 * expected.max())
 
 
+@pytest.mark.parametrize("sigma", [0.002, 0.1, 0.31, 2.0])
+@pytest.mark.parametrize("length", [0.5, 30.0])
+def test_kernel_of_libraries_that_sum_every_term(sigma, length):
+    """NumPy leaves out what does not count, down to values that are no part of any light."""
+    xp = pytest.importorskip("array_api_strict")
+    angles = np.random.default_rng(1).uniform([[0], [0], [0]], [[88], [88], [360]], (3, 300))
+    found = diffracted(Geometry.from_degrees(*angles), *(np.asarray(v) for v in (sigma, length, WAVELENGTH)))
+    every = diffracted(
+        Geometry.from_degrees(*(xp.asarray(a) for a in angles)), *(xp.asarray(v) for v in (sigma, length, WAVELENGTH))
+    )
+    every = np.asarray(every)
+    counts = every > 1e-200 * every.max()
+    # exponents of some hundreds round to 1e-13
+    np.testing.assert_allclose(found[counts], every[counts], rtol=1e-12)
+
+
+def test_candidates_that_share_parameters():
+    """Kernel and renormalisation of several candidates, two of them alike, are those of each alone."""
+    g = Geometry.from_degrees(np.repeat([10.0, 50.0], 20), np.tile(np.linspace(0, 80, 20), 2), 160.0)
+    model = catalogue["modified-beckmann-kirchhoff"]
+    shape = {"sigma": [0.05, 0.4, 0.05], "length": [2.0, 5.0, 2.0], "index": [1.4, 1.5, 1.6], "extinction": [7.0] * 3}
+    together = model.basis(g, {name: np.array(values)[:, None] for name, values in shape.items()})["scale"]
+    alone = [model.basis(g, {name: values[k] for name, values in shape.items()})["scale"] for k in range(3)]
+    np.testing.assert_allclose(together, alone, rtol=1e-13)
+
+
 def test_kernel_has_no_step_where_sampling_begins():
     g = Geometry.from_degrees(30.0, np.linspace(0, 60, 13), 180.0)
     edge = math.sqrt(40.0) * WAVELENGTH / (2 * math.pi) / (g.cos_i + g.cos_r)

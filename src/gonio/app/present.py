@@ -277,38 +277,53 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
         return _validated_table(scan, rows)
     references = reference_errors(rows)
     heads = [metric.title for metric in METRICS.values()]
-    out = table("model", "free", *heads, *(f"vs {name}" for name in references), title=scan)
+    out = table("model", "", "free", *heads, *(f"vs {name}" for name in references), title=scan)
     for row in rows:
         own = row.metrics["nrmse"]
         drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
-        out.add_row(row.model.name, _count(row), *(figure(row.metrics[n]) for n in METRICS), *drops)
+        found = (figure(row.metrics[name]) for name in METRICS)
+        out.add_row(row.model.name, mark(row), _count(row), *found, *drops)
+    out.caption, out.caption_justify = "\n".join(_marks_in_words(rows)), "left"
     return out
+
+
+# One letter for a status other than converged, so that a fit that failed never looks like a good one.
+MARKS = {"AT_BOUND": "b", "NOT_DETERMINED": "?", "STEPS_EXHAUSTED": "!", "TOO_FEW_POINTS": "#"}
+
+
+def mark(row: "Row") -> str:
+    return MARKS.get(row.solution.status.name, "")
+
+
+def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
+    """What the marks of these rows mean, each once."""
+    met = {row.solution.status.name: row.solution.status.value.split(":")[0] for row in rows}
+    return (f"{letter} {met[name]}" for name, letter in MARKS.items() if name in met)
 
 
 def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models by their error where they were not shown the measurement, and which differences mean something."""
     from gonio.compare import behind
 
-    out = table("model", "free", "lg RMSE", "left out", "behind the first", "AICc", "BIC", title=scan)
+    out = table("model", "", "free", "fitted", "left out", "behind", "AICc", "BIC", title=f"{scan}, lg RMSE")
     for row in rows:
         mean, error = behind(row, rows[0])
         if row is rows[0]:
             apart = "–"
         else:
-            apart = f"{mean:.4f} ± {error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
-            apart += " alike" if abs(mean) < 2 * error else ""
+            apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
+            apart += " ≈" if abs(mean) < 2 * error else "  "
         errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
         out.add_row(
             row.model.name,
+            mark(row),
             _count(row),
             *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
         )
-    out.caption, out.caption_justify = (
-        "behind the first: mean over the parts ± standard error; alike within twice that",
-        "left",
-    )
+    meaning = "behind the first: mean over the parts ± standard error; ≈ alike, within twice that"
+    out.caption, out.caption_justify = "\n".join([meaning, *_marks_in_words(rows)]), "left"
     return out
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fit.covariance import jacobian
-from gonio.fit.descent import SEARCHED, Descent, descend, polish
+from gonio.fit.descent import Descent, descend, polish
 from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fit.linear import bounded_least_squares
 from gonio.fit.problem import Problem
@@ -30,7 +30,8 @@ class Projection:
     grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension,
         and parameters with one value a group start from the optimum of one value for all groups.
     searches: how many of the best starts are followed to their minimum; twice as many in logarithms, where the weights
-        of a start are only near. max_steps: evaluations in one such search.
+        of a start are only near. max_steps: points that the last search may try; the others, which only find out where
+        it starts, may try a tenth.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
     """
 
@@ -53,6 +54,8 @@ class Projection:
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
         best, history = self._search_shape(reduced, progress)
+        if best.exhausted:
+            best = _descend(reduced, best.point, self.max_steps)
         best = polish(reduced.residual, best, 0.0, 1.0, scale=1.0, vectorised=True)
         history[-1] = best.cost
         shape = reduced.shape(best.point)
@@ -66,38 +69,23 @@ class Projection:
             progress(len(found) / len(split))
         return assembled(problem, found)
 
-    def _search_shape(
-        self, reduced: "_Reduced", progress: Progress, tolerance: float = SEARCHED
-    ) -> tuple[Descent, list[float]]:
+    def _search_shape(self, reduced: "_Reduced", progress: Progress) -> tuple[Descent, list[float]]:
         """The lowest minimum that is found, its last digits left, and the least E after each round."""
-        best = self._best(reduced, self._starts(reduced), tolerance)
+        best = self._best(reduced, self._starts(reduced))
         history = [best.cost]
         for rounds in range(1, self.rounds + 1):
             progress(rounds / self.rounds)
             better = self._crossings(reduced, best)
-            found = self._best(reduced, better, tolerance) if better else best
+            found = self._best(reduced, better) if better else best
             if not found.cost < best.cost * (1 - BETTER):
                 break
             best = found
             history.append(best.cost)
         return best, history
 
-    def _best(self, reduced: "_Reduced", starts: list[Values], tolerance: float) -> Descent:
+    def _best(self, reduced: "_Reduced", starts: list[Values]) -> Descent:
         """The lowest minimum downhill of several starts."""
-        ends = [
-            descend(
-                reduced.residual,
-                start,
-                0.0,
-                1.0,
-                scale=1.0,
-                tolerance=tolerance,
-                max_steps=self.max_steps,
-                last_digits=False,
-                vectorised=True,
-            )
-            for start in starts
-        ]
+        ends = [_descend(reduced, start, self.max_steps // 10) for start in starts]
         return min(ends, key=lambda end: end.cost)
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
@@ -161,7 +149,7 @@ class Projection:
         starts = replace(self, searches=2 * self.searches)._starts(relative) if problem.free_shape else [np.empty(0)]
         ends = []
         for start in starts:
-            ends.append(refit(problem, relative.vector(start), NEAR, self.max_steps))
+            ends.append(refit(problem, relative.vector(start), NEAR, self.max_steps // 10))
             progress(len(ends) / len(starts))
         best = min(ends, key=lambda end: end.cost)
         found = refit(problem, best.point, max_steps=self.max_steps)
@@ -176,6 +164,12 @@ class Projection:
         evaluations = relative.evaluations + found.evaluations + sum(end.evaluations for end in ends)
         history = np.array([best.cost, found.cost]) / problem.scale
         return Optimum(found.point, float(history[-1]), found.exhausted, evaluations, history)
+
+
+def _descend(reduced: "_Reduced", start: Values, max_steps: int) -> Descent:
+    return descend(
+        reduced.residual, start, 0.0, 1.0, scale=1.0, max_steps=max_steps, last_digits=False, vectorised=True
+    )
 
 
 class _Reduced:

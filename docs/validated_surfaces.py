@@ -97,9 +97,7 @@ def conclusions(some: dict[str, Models]) -> list[str]:
         + ".",
     ]
     for which, name in ((f"`{OURS}`", OURS), ("the best model of each scan", "")):
-        means = {
-            short: np.mean(drops(some, name, reference)) for short, reference in (("T-S", T_S), ("T-C", T_C))
-        }
+        means = {short: np.mean(drops(some, name, reference)) for short, reference in (("T-S", T_S), ("T-C", T_C))}
         whole = {short: pooled(some, name, reference) for short, reference in (("T-S", T_S), ("T-C", T_C))}
         text.append(
             f"- **Left-out error of {which}:** lower by {means['T-S']:.1f} % than that of T-S and by {means['T-C']:.1f} % than that of the "
@@ -135,7 +133,9 @@ def table(some: dict[str, Models]) -> list[str]:
             + " |"
         )
     cells = " | ".join(f"**{np.mean(values):+.1f}**" for values in against)
-    mean = [np.mean([error(models[least(models)], which) for models in some.values()]) for which in ("left_out", "fitted")]
+    mean = [
+        np.mean([error(models[least(models)], which) for models in some.values()]) for which in ("left_out", "fitted")
+    ]
     rest = [
         np.mean([error(models[least(models, names)]) for models in some.values()])
         for names in ((OURS,), T_S, T_C, ("cauchy-lorentz",), ("cauchy-lorentz-reciprocal",))

@@ -8,7 +8,7 @@ from gonio import Problem, catalogue, simulate
 from gonio.fit import fit
 from gonio.fit.covariance import jacobian
 from gonio.fit.descent import derivative, descend
-from gonio.fit.refit import _slopes, refit
+from gonio.fit.refit import refit, slopes
 
 TRUTH = {"ks": 0.5, "kdd": 8.0, "kid": 0.05, "sigma": 0.2, "gamma": 40.0}
 
@@ -23,12 +23,12 @@ def vector(problem):
     return np.array([TRUTH[name.split("[")[0]] for name in problem.names])
 
 
-def test_slopes(problem):
+def testslopes(problem):
     at = vector(problem)
     accurate = jacobian(problem, at)
     size = np.linalg.norm(accurate, axis=0)
     # a forward difference keeps half of the digits
-    np.testing.assert_allclose(_slopes(problem, at) / size, accurate / size, atol=1e-6)
+    np.testing.assert_allclose(slopes(problem, at) / size, accurate / size, atol=1e-6)
     np.testing.assert_allclose(approx_fprime(at, problem.residual) / size, accurate / size, atol=1e-5)
 
 

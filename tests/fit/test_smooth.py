@@ -11,8 +11,8 @@ from gonio.compare import assess, information_criteria, validate
 from gonio.fit import Status, fit
 from gonio.fit.covariance import covariance
 from gonio.fit.descent import descend
-from gonio.fit.refit import slopes
 from gonio.fit.identifiability import verdicts
+from gonio.fit.refit import slopes
 from gonio.fit.smooth import Smooth
 from gonio.fit.strength import effective_values, resolved
 from gonio.measured.dataset import make_scan

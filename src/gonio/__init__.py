@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "Anneal": "gonio.fit.anneal",
     "Geometry": "gonio.geometry",
+    "Instrument": "gonio.measured.instrument",
     "Model": "gonio.model",
     "Parameter": "gonio.model",
     "Problem": "gonio.fit.problem",
@@ -27,6 +28,7 @@ _HOMES = {
 __all__ = [
     "Anneal",
     "Geometry",
+    "Instrument",
     "Model",
     "Parameter",
     "Problem",
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     from gonio.geometry import Geometry
     from gonio.measured.check import check
     from gonio.measured.formats import read, write
+    from gonio.measured.instrument import Instrument
     from gonio.measured.simulation import simulate
     from gonio.model import Model, Parameter
     from gonio.models import catalogue

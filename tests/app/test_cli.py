@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import catalogue, published, simulate, write
+from gonio import Instrument, catalogue, published, simulate, write
 from gonio.app.cli import main
 
 SCRIPT = Path(sys.executable).with_name("gonio")
@@ -413,3 +413,33 @@ def test_starting_imports_next_to_nothing():
         code = f"import sys, {module}; print({heavy} or 'none')"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert done.stdout == "none\n", module
+
+
+def test_an_instrument_is_folded_in(run, tmp_path):
+    """In the fit, in its JSON and the ranking's, in the figure; and a step too coarse is told with its remedy."""
+    seen = Instrument(detector_half_angle=2.0, step=0.2)
+    truth = {"ks": 0.3, "kd": 0.05, "sigma": 0.02}
+    path = tmp_path / "narrow.csv"
+    write(simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-20, 81.0), instrument=seen), path)
+    cones = ("--detector-half-angle", 2, "--weighting", "relative")
+    record = as_json(run, "fit", path, "--model", "torrance-sparrow", *cones)
+    assert record["instrument"] | {"error": 0} == {
+        "source_half_angle": 0,
+        "detector_half_angle": 2,
+        "step": 0.5,
+        "error": 0,
+    }
+    assert record["parameters"]["sigma"]["value"] == pytest.approx(0.02, rel=1e-3)
+    assert record["metrics"]["delta"] < 1e-3
+    blind = as_json(run, "fit", path, "--model", "torrance-sparrow", *cones[2:])
+    assert blind["parameters"]["sigma"]["value"] > 0.021
+    (ranked,) = as_json(run, "compare", path, "--models", "torrance-sparrow", *cones)
+    assert ranked["ranking"][0]["instrument"]["detector_half_angle"] == 2
+    code, out, _ = run("fit", path, "--model", "torrance-sparrow", *cones, "--cone-step", 2)
+    assert code == 0
+    assert "folded in, half-angle of detector 2 deg" in out.replace("\n", " ")
+    assert "add --cone-step 0.5" in out.replace("\n", " ")
+    assert run("plot", path, "--models", "torrance-sparrow", *cones, "--out", tmp_path / "f.png")[0] == 0
+    code, _, err = run("fit", path, "--model", "ggx", "--source-half-angle", 45)
+    assert code != 0
+    assert "source_half_angle is 45: give degrees from 0 to 30" in err

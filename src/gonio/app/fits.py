@@ -9,6 +9,8 @@ import typer
 from gonio.app.options import (
     Blocked,
     Bound,
+    ConeStep,
+    DetectorHalfAngle,
     Floor,
     Force,
     Group,
@@ -24,6 +26,7 @@ from gonio.app.options import (
     Setting,
     Share,
     SolverName,
+    SourceHalfAngle,
     Wavelength,
     Weigh,
     chosen_models,
@@ -61,6 +64,9 @@ def fit_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     blocked: Blocked = 0.0,
@@ -77,7 +83,8 @@ def fit_scan(
     from gonio.fit import fit
 
     data = read_scan(scan, blocked, floor, select)
-    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+    cones = (source_half_angle, detector_half_angle, cone_step)
+    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -101,6 +108,9 @@ def compare_models(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     rank_by: Annotated[str, typer.Option("--rank", help="delta, E, nrmse or log10_rmse")] = "E",
@@ -116,15 +126,16 @@ def compare_models(
     force: Force = False,
 ) -> None:
     """Fit several models to scans and rank them."""
-    from gonio.app import arguments, present
+    from gonio.app import arguments, present, provisos
     from gonio.compare import rank
 
     chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
+    cones = (source_half_angle, detector_half_angle, cone_step)
     loaded = [(path, read_scan(path, blocked, floor, select)) for path in scans]
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
             rows = rank(
                 data,
                 chosen,
@@ -140,6 +151,8 @@ def compare_models(
     if json != "-":
         for path, rows in found:
             present.console().print(present.ranking_table(path.stem, rows))
+            for line in provisos.instrument_lines([row.solution for row in rows]):
+                present.console().print(line)
             if by_incidence:
                 for part in present.incidence_tables(rows):
                     present.console().print(part)
@@ -158,6 +171,9 @@ def plot_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
@@ -174,11 +190,12 @@ def plot_scan(
 
     chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
     target, suffixes = arguments.figure_target(out or f"{scans[0].stem}-{figure.value}")
+    cones = (source_half_angle, detector_half_angle, cone_step)
     ranked = {}
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
+            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):
@@ -186,11 +203,14 @@ def plot_scan(
 
 
 def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
+    from gonio.app import provisos
+
     ranking = [
         {
             "model": row.model.name,
             "free_parameters": row.free_parameters,
             "status": str(row.solution.status),
+            "instrument": provisos.instrument_record(row.solution),
             "metrics": dict(row.metrics),
             "aicc": row.aicc,
             "bic": row.bic,
@@ -218,11 +238,13 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> Non
 
 
 def _show_fit(scan: Path, row: "Row", out: str) -> None:
-    from gonio.app import present
+    from gonio.app import present, provisos
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
+    for line in provisos.instrument_lines([row.solution]):
+        terminal.print(line)
     terminal.print(present.solution_table(row.solution))
     for line in present.verdict_lines(row):
         terminal.print(line)

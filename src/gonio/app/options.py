@@ -32,6 +32,15 @@ Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help=
 Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
 ]
+SourceHalfAngle = Annotated[
+    float, typer.Option("--source-half-angle", metavar="DEG", help="cone that the source fills, folded into the model")
+]
+DetectorHalfAngle = Annotated[
+    float, typer.Option("--detector-half-angle", metavar="DEG", help="the same for what the detector takes in")
+]
+ConeStep = Annotated[
+    float, typer.Option("--cone-step", metavar="DEG", help="how far apart the directions are that stand for a cone")
+]
 Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
 Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
@@ -71,9 +80,11 @@ def problem_options(
     weighting: str,
     material: str,
     wavelength: str,
+    cones: tuple[float, float, float],
 ) -> dict[str, Any]:
-    """The options of a Problem from those of a command."""
+    """The options of a Problem from those of a command; `cones` are the fields of an Instrument."""
     from gonio.app import arguments
+    from gonio.measured.instrument import Instrument
 
     options = {
         "held": arguments.held(hold, data),
@@ -81,6 +92,7 @@ def problem_options(
         "shared": tuple(share),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
+        "instrument": Instrument(*cones),
     }
     return arguments.with_material(options, data, material, wavelength) if material else options
 

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gonio.app import provisos
 from gonio.files import replacing
 from gonio.model import declarations
 from gonio.units import label
@@ -226,6 +227,7 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "seconds": attrs["seconds"],
         "points": attrs["points"],
         "weighting": attrs["weighting"],
+        "instrument": provisos.instrument_record(row.solution),
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),
         "aicc": row.aicc,

@@ -1,6 +1,7 @@
 """Fitting: a problem and a solver in, a Solution out."""
 
 import time
+from dataclasses import asdict, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -73,9 +74,21 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),
                 "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
+                **{f"instrument_{name}": value for name, value in asdict(problem.instrument).items()},
+                "instrument_error": _instrument_error(problem, optimum.vector),
             },
         )
     )
+
+
+def _instrument_error(problem: Problem, vector: Values) -> float:
+    """Root of E of the change that a finer rule for the instrument's cones makes, over the root of E itself."""
+    if not problem.instrument:
+        return 0.0
+    residual = problem.residual(vector)
+    change = replace(problem, instrument=problem.instrument.finer()).residual(vector) - residual
+    left = float(np.linalg.norm(residual))
+    return float(np.linalg.norm(change)) / left if left > 0 else 0.0
 
 
 def _at_bound(vector: Values, bound: Values) -> npt.NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.model import Model
 from gonio.units import UNITS, weight_unit
 
@@ -57,6 +58,7 @@ class Problem:
         describe the surface.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    instrument: what source and detector take in, folded into every term; the values are those of the model without it.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
@@ -70,6 +72,7 @@ class Problem:
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    instrument: Instrument = IDEAL
 
     def __post_init__(self) -> None:
         named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
@@ -87,7 +90,7 @@ class Problem:
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
-        _ = self.root_weights
+        _ = self.root_weights, self.acceptance
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
@@ -96,6 +99,10 @@ class Problem:
     @functools.cached_property
     def geometry(self) -> Geometry:
         return dataset.geometry(self.points)
+
+    @functools.cached_property
+    def acceptance(self) -> Acceptance:
+        return Acceptance(self.instrument, self.geometry)
 
     @functools.cached_property
     def measured(self) -> Values:
@@ -220,12 +227,12 @@ class Problem:
         return Axes(parameters, self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper)
 
     def design(self, shape: Values) -> tuple[Values, Values]:
-        """The matrix whose product with the weights is the BRDF, and the part of held weights.
+        """The matrix whose product with the weights is the BRDF, and the part of held weights, as the instrument reads.
 
         `shape` (..., n_shape) may carry leading dimensions for several candidates at once;
         returns (..., n_points, n_weights) and (..., n_points).
         """
-        basis = self.model.basis(self.geometry, self._shape_at_points(shape))
+        basis = self.acceptance.basis(self.model, self._shape_at_points(shape))
         lead = shape.shape[:-1]
         n = len(self.measured)
         columns = np.zeros((*lead, self.n_weights, n))  # column by column, as LAPACK reads a matrix
@@ -245,7 +252,7 @@ class Problem:
         return np.swapaxes(columns, -1, -2), fixed
 
     def brdf(self, vector: Values) -> Values:
-        """The model at every point, for a vector (..., n) of weights and shape."""
+        """The model at every point as the instrument reads it, for a vector (..., n) of weights and shape."""
         matrix, fixed = self.design(vector[..., self.n_weights :])
         out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
         return out

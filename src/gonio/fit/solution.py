@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from gonio.files import replacing
+from gonio.measured.instrument import Instrument
 
 Values = npt.NDArray[np.float64]
 
@@ -48,7 +49,9 @@ class Solution:
 
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
     `held`, `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
-    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points, unit (of the data).
+    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points, unit (of the data), and
+    the fields of the Instrument after `instrument_`. `instrument_error` is what a finer rule for the instrument's cones
+    would change, over what the fit leaves over.
     """
 
     dataset: xr.Dataset
@@ -64,6 +67,12 @@ class Solution:
     @property
     def model_name(self) -> str:
         return str(self.dataset.attrs["model"])
+
+    @property
+    def instrument(self) -> Instrument:
+        """What source and detector took in, which comparisons with the scan need again."""
+        attrs, names = self.dataset.attrs, [f.name for f in fields(Instrument)]
+        return Instrument(**{n: float(attrs[f"instrument_{n}"]) for n in names if f"instrument_{n}" in attrs})
 
     @functools.cached_property
     def values(self) -> dict[str, float]:

@@ -443,3 +443,11 @@ def test_an_instrument_is_folded_in(run, tmp_path):
     code, _, err = run("fit", path, "--model", "ggx", "--source-half-angle", 45)
     assert code != 0
     assert "source_half_angle is 45: give degrees from 0 to 30" in err
+
+
+def test_a_noise_floor_keeps_negative_values(run, tmp_path):
+    path = tmp_path / "dark.csv"
+    path.write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n10,0,0.3\n10,20,0.28\n10,40,-0.01\n", encoding="utf-8")
+    command = ("fit", path, "--model", "lambert", "--weighting", "relative")
+    assert "--noise-floor" in run(*command)[2]
+    assert as_json(run, *command, "--noise-floor", 0.1)["noise_floor"] == 0.1

@@ -19,6 +19,7 @@ from gonio.app.options import (
     MaterialName,
     ModelName,
     Models,
+    NoiseFloor,
     Scan,
     Scans,
     Seed,
@@ -64,6 +65,7 @@ def fit_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -84,7 +86,7 @@ def fit_scan(
 
     data = read_scan(scan, blocked, floor, select)
     cones = (source_half_angle, detector_half_angle, cone_step)
-    options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
+    options = problem_options(data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones)
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -108,6 +110,7 @@ def compare_models(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -135,7 +138,9 @@ def compare_models(
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
+            options = problem_options(
+                data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones
+            )
             rows = rank(
                 data,
                 chosen,
@@ -171,6 +176,7 @@ def plot_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -195,7 +201,9 @@ def plot_scan(
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, bound, weighting, material, wavelength, cones)
+            options = problem_options(
+                data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones
+            )
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):

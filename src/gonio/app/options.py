@@ -32,6 +32,9 @@ Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help=
 Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
 ]
+NoiseFloor = Annotated[
+    float, typer.Option("--noise-floor", metavar="VALUE", help="relative weighting: the noise is constant below it")
+]
 SourceHalfAngle = Annotated[
     float, typer.Option("--source-half-angle", metavar="DEG", help="cone that the source fills, folded into the model")
 ]
@@ -78,6 +81,7 @@ def problem_options(
     share: list[str],
     bound: list[str],
     weighting: str,
+    noise_floor: float,
     material: str,
     wavelength: str,
     cones: tuple[float, float, float],
@@ -92,6 +96,7 @@ def problem_options(
         "shared": tuple(share),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
+        "noise_floor": noise_floor,
         "instrument": Instrument(*cones),
     }
     return arguments.with_material(options, data, material, wavelength) if material else options

@@ -227,6 +227,7 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "seconds": attrs["seconds"],
         "points": attrs["points"],
         "weighting": attrs["weighting"],
+        "noise_floor": attrs.get("noise_floor", 0.0),
         "instrument": provisos.instrument_record(row.solution),
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),

@@ -70,6 +70,7 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "seconds": seconds,
                 "evaluations": optimum.evaluations,
                 "weighting": problem.weighting,
+                "noise_floor": problem.noise_floor,
                 "points": len(problem.measured),
                 "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),

@@ -57,6 +57,8 @@ class Problem:
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
         describe the surface.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
+        the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     instrument: what source and detector take in, folded into every term; the values are those of the model without it.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
@@ -69,6 +71,7 @@ class Problem:
     grouped: Grouping = field(default_factory=dict)
     shared: tuple[str, ...] = ()
     weighting: str = "uniform"
+    noise_floor: float = 0.0
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -83,6 +86,12 @@ class Problem:
                     raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
         if self.weighting not in WEIGHTINGS:
             raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        if not 0 <= self.noise_floor < math.inf:
+            raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
+        if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
+            raise ValueError(
+                f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
+            )
         dataset.unit(self.data)
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
@@ -115,7 +124,7 @@ class Problem:
     @functools.cached_property
     def root_weights(self) -> Values:
         """Square roots of the weights g1(theta_i) g2(theta_r) of eq 11."""
-        weights = WEIGHTINGS[self.weighting].weights(self.points)
+        weights = WEIGHTINGS[self.weighting].weights(self.points, self.noise_floor)
         for name, g in (("theta_i", self.g1), ("theta_r", self.g2)):
             if g is not None:
                 weights = weights * np.asarray(g(self.points[name].values))

@@ -49,9 +49,9 @@ class Solution:
 
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
     `held`, `covariance`, `history` (best E after each step). Coordinates: `name`, `by`, `group`, `unit` of each value.
-    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, points, unit (of the data), and
-    the fields of the Instrument after `instrument_`. `instrument_error` is what a finer rule for the instrument's cones
-    would change, over what the fit leaves over.
+    Attributes: model, solver, status, cost (E, eq 11), seconds, evaluations, weighting, noise_floor, points, unit (of
+    the data), and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule for the
+    instrument's cones would change, over what the fit leaves over.
     """
 
     dataset: xr.Dataset

@@ -451,3 +451,21 @@ def test_a_noise_floor_keeps_negative_values(run, tmp_path):
     command = ("fit", path, "--model", "lambert", "--weighting", "relative")
     assert "--noise-floor" in run(*command)[2]
     assert as_json(run, *command, "--noise-floor", 0.1)["noise_floor"] == 0.1
+
+
+def test_a_robust_loss_lets_outliers_go(run, tmp_path):
+    truth = {"ks": 0.3, "kd": 0.02, "sigma": 0.15}
+    scan = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
+    scan["brdf"].values[[3, 25, 40]] *= 3
+    path = tmp_path / "wrong.csv"
+    write(scan, path)
+    command = ("fit", path, "--model", "torrance-sparrow", "--weighting", "uncertainty")
+    record = as_json(run, *command, "--loss", "cauchy")
+    assert record["loss"]["name"] == "cauchy"
+    assert record["loss"]["points_discounted"] == pytest.approx(3, abs=2)
+    assert record["parameters"]["kd"]["value"] == pytest.approx(0.02, rel=0.01)
+    assert as_json(run, *command)["loss"] == {"name": "squared", "scale": None, "points_discounted": 0}
+    assert "points count for less than half" in " ".join(run(*command, "--loss", "huber")[1].split())
+    code, _, err = run(*command, "--loss", "l1")
+    assert code != 0
+    assert "no loss 'l1': choose one of squared, huber, cauchy" in err

@@ -16,6 +16,7 @@ from gonio.app.options import (
     Group,
     Hold,
     Json,
+    LossName,
     MaterialName,
     ModelName,
     Models,
@@ -66,6 +67,7 @@ def fit_scan(
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -86,7 +88,9 @@ def fit_scan(
 
     data = read_scan(scan, blocked, floor, select)
     cones = (source_half_angle, detector_half_angle, cone_step)
-    options = problem_options(data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones)
+    options = problem_options(
+        data, hold, group, share, bound, weighting, noise_floor, loss, material, wavelength, cones
+    )
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
@@ -111,6 +115,7 @@ def compare_models(
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -139,7 +144,7 @@ def compare_models(
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
             options = problem_options(
-                data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones
+                data, hold, group, share, bound, weighting, noise_floor, loss, material, wavelength, cones
             )
             rows = rank(
                 data,
@@ -177,6 +182,7 @@ def plot_scan(
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
     noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
     source_half_angle: SourceHalfAngle = 0.0,
     detector_half_angle: DetectorHalfAngle = 0.0,
     cone_step: ConeStep = 0.5,
@@ -202,7 +208,7 @@ def plot_scan(
         for path in scans:
             data = read_scan(path, blocked, floor, select)
             options = problem_options(
-                data, hold, group, share, bound, weighting, noise_floor, material, wavelength, cones
+                data, hold, group, share, bound, weighting, noise_floor, loss, material, wavelength, cones
             )
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
@@ -251,7 +257,7 @@ def _show_fit(scan: Path, row: "Row", out: str) -> None:
     terminal, attrs = present.console(), row.solution.dataset.attrs
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
-    for line in provisos.instrument_lines([row.solution]):
+    for line in (*provisos.instrument_lines([row.solution]), *provisos.loss_lines(row.solution)):
         terminal.print(line)
     terminal.print(present.solution_table(row.solution))
     for line in present.verdict_lines(row):

@@ -35,6 +35,7 @@ Weigh = Annotated[
 NoiseFloor = Annotated[
     float, typer.Option("--noise-floor", metavar="VALUE", help="relative weighting: the noise is constant below it")
 ]
+LossName = Annotated[str, typer.Option("--loss", help="squared, or huber or cauchy against outliers")]
 SourceHalfAngle = Annotated[
     float, typer.Option("--source-half-angle", metavar="DEG", help="cone that the source fills, folded into the model")
 ]
@@ -82,6 +83,7 @@ def problem_options(
     bound: list[str],
     weighting: str,
     noise_floor: float,
+    loss: str,
     material: str,
     wavelength: str,
     cones: tuple[float, float, float],
@@ -97,6 +99,7 @@ def problem_options(
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
         "noise_floor": noise_floor,
+        "loss": loss,
         "instrument": Instrument(*cones),
     }
     return arguments.with_material(options, data, material, wavelength) if material else options

@@ -228,6 +228,7 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "points": attrs["points"],
         "weighting": attrs["weighting"],
         "noise_floor": attrs.get("noise_floor", 0.0),
+        "loss": provisos.loss_record(row.solution),
         "instrument": provisos.instrument_record(row.solution),
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),

@@ -1,8 +1,8 @@
-"""What one has to know to read a fit: the instrument that was folded in."""
+"""What one has to know to read a fit: the instrument that was folded in, and the loss."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gonio.fit.solution import Solution
@@ -30,3 +30,24 @@ def instrument_lines(solutions: Sequence["Solution"]) -> Iterator[str]:
                 f"[bold]{solution.model_name}: too coarse[/bold]: half the step would change it by {error:.0%} of what "
                 f"the fit leaves over: add --cone-step {instrument.finer().step:g}"
             )
+
+
+def loss_record(solution: "Solution") -> dict[str, Any]:
+    """The loss of a fit, the scatter that it measures errors by, and how many points it discounts, as plain data."""
+    attrs = solution.dataset.attrs
+    return {
+        "name": attrs.get("loss", "squared"),
+        "scale": float(attrs.get("loss_scale", "nan")),
+        "points_discounted": int(attrs.get("points_discounted", 0)),
+    }
+
+
+def loss_lines(solution: "Solution") -> Iterator[str]:
+    """How a robust loss went; nothing for squared errors."""
+    record = loss_record(solution)
+    if record["name"] == "squared":
+        return
+    yield (
+        f"{record['name']} loss: {record['points_discounted']} of {solution.dataset.attrs['points']} points count for "
+        f"less than half; the weighted residual of the others scatters by {record['scale']:.3g}"
+    )

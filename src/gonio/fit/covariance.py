@@ -9,22 +9,26 @@ from gonio.fit.problem import Problem
 Values = npt.NDArray[np.float64]
 
 
-def covariance(problem: Problem, vector: Values) -> Values:
+def covariance(problem: Problem, vector: Values, slope: Values | None = None) -> Values:
     """`robust` covariance of the free values of a problem at an optimum (n, n)."""
-    return robust(Tangent(_jacobian(problem, vector)), problem.residual(vector))
+    return robust(Tangent(_jacobian(problem, vector)), problem.residual(vector), slope)
 
 
-def robust(plane: Tangent, residual: Values) -> Values:
+def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Values:
     """Covariance of the values (n, n), infinite where the data do not determine a value.
 
     The heteroscedasticity-consistent estimate HC3 (mackinnon1985): it needs no assumption on how the noise depends on
     the signal, and so holds for constant and for proportional noise under any weighting. It assumes that errors of
     different points are independent and the model right; where the model is wrong it is a lower bound.
+    slope (points,): by how much less than for squared errors the loss pulls back a residual that grows, from -1 to 1,
+    for residuals that hold the loss's weights: then it is the sandwich of an estimate under that loss (huber1967).
     """
     leverage = np.sum(plane.basis**2, axis=1)
     alone = leverage > 1 - 1e-9  # a point that one value fits exactly says nothing about its error
     error = np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage))
     inverse = plane.directions @ plane.basis.T
+    if slope is not None and not np.all(slope == 1):
+        inverse = plane.directions @ np.linalg.pinv(plane.basis.T @ (slope[:, None] * plane.basis)) @ plane.basis.T
     spread = inverse * error
     unknown = plane.blind
     if alone.any():

@@ -11,6 +11,7 @@ import xarray as xr
 from gonio.fit.covariance import covariance
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
+from gonio.fit.reweighting import Settled, minimum
 from gonio.fit.solution import Optimum, Solution, Status
 from gonio.fit.solver import Progress, Solver, silent
 from gonio.measured import dataset
@@ -21,17 +22,19 @@ Values = npt.NDArray[np.float64]
 def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
-    A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
+    A fit that goes wrong has a status that says so; it raises nothing and hides nothing. Its cost is E under any loss.
     """
     solver = solver or Projection()
     started = time.perf_counter()
-    optimum = solver.search(problem, progress)
-    spread = covariance(problem, optimum.vector)
+    optimum, settled = minimum(problem, solver, progress)
+    spread = covariance(settled.problem, optimum.vector, settled.slope)
     seconds = time.perf_counter() - started
-    return _solution(problem, solver, optimum, spread, seconds)
+    return _solution(problem, solver, optimum, settled, spread, seconds)
 
 
-def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values, seconds: float) -> Solution:
+def _solution(
+    problem: Problem, solver: Solver, optimum: Optimum, settled: Settled, spread: Values, seconds: float
+) -> Solution:
     entries = [(entry, label) for entry in problem.entries for label in entry.labels]
     names = [name for entry in problem.entries for name in entry.names]
     free = np.array([entry.held is None for entry, _ in entries])
@@ -71,6 +74,9 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "evaluations": optimum.evaluations,
                 "weighting": problem.weighting,
                 "noise_floor": problem.noise_floor,
+                "loss": problem.loss,
+                "loss_scale": settled.scale,
+                "points_discounted": _discounted(settled),
                 "points": len(problem.measured),
                 "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),
@@ -80,6 +86,12 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
             },
         )
     )
+
+
+def _discounted(settled: Settled) -> int:
+    """How many points the loss lets count for less than half."""
+    weights = settled.problem.point_weights
+    return 0 if weights is None else int((weights < 0.5).sum())
 
 
 def _instrument_error(problem: Problem, vector: Values) -> float:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.axes import Axes
+from gonio.fit.loss import LOSSES
 from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
@@ -59,6 +60,8 @@ class Problem:
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
         the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
+    loss: a name of LOSSES, what a large error costs.
+    point_weights: of the points in use, on top of all other weights; a fit under a robust loss sets them.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     instrument: what source and detector take in, folded into every term; the values are those of the model without it.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
@@ -72,6 +75,8 @@ class Problem:
     shared: tuple[str, ...] = ()
     weighting: str = "uniform"
     noise_floor: float = 0.0
+    loss: str = "squared"
+    point_weights: Values | None = None
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -86,6 +91,8 @@ class Problem:
                     raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
         if self.weighting not in WEIGHTINGS:
             raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        if self.loss not in LOSSES:
+            raise ValueError(f"no loss {self.loss!r}: choose one of {', '.join(LOSSES)}")
         if not 0 <= self.noise_floor < math.inf:
             raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
         if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
@@ -99,6 +106,8 @@ class Problem:
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
+        if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
+            raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
         _ = self.root_weights, self.acceptance
 
     @functools.cached_property
@@ -128,8 +137,10 @@ class Problem:
         for name, g in (("theta_i", self.g1), ("theta_r", self.g2)):
             if g is not None:
                 weights = weights * np.asarray(g(self.points[name].values))
+        if self.point_weights is not None:
+            weights = weights * self.point_weights
         if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
-            raise ValueError("the weights g1 and g2 must be finite, non-negative and not all zero")
+            raise ValueError("the weights g1, g2 and of points must be finite, non-negative and not all zero")
         root: Values = np.sqrt(weights)
         return root
 

@@ -453,7 +453,7 @@ def test_a_noise_floor_keeps_negative_values(run, tmp_path):
     assert as_json(run, *command, "--noise-floor", 0.1)["noise_floor"] == 0.1
 
 
-def test_a_robust_loss_lets_outliers_go(run, tmp_path):
+def test_outliers_are_listed_and_a_robust_loss_lets_them_go(run, tmp_path):
     truth = {"ks": 0.3, "kd": 0.02, "sigma": 0.15}
     scan = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
     scan["brdf"].values[[3, 25, 40]] *= 3
@@ -464,8 +464,22 @@ def test_a_robust_loss_lets_outliers_go(run, tmp_path):
     assert record["loss"]["name"] == "cauchy"
     assert record["loss"]["points_discounted"] == pytest.approx(3, abs=2)
     assert record["parameters"]["kd"]["value"] == pytest.approx(0.02, rel=0.01)
-    assert as_json(run, *command)["loss"] == {"name": "squared", "scale": None, "points_discounted": 0}
+    plain = as_json(run, *command)
+    assert plain["loss"] == {"name": "squared", "scale": None, "points_discounted": 0}
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(plain["outliers"]["points"]) == 3
+    for point in plain["outliers"]["points"]:
+        row = [float(cell) for cell in lines[point["line"] - 1].split(",")[:3]]
+        assert row[0] == point["theta_i"]
+        assert abs(row[1]) == point["theta_r"]
+        assert point["brdf"] in [float(value) for value in lines[point["line"] - 1].split(",")]
+    shown = " ".join(run(*command)[1].split())
+    assert "outliers: " in shown
+    assert "fit with --loss cauchy" in shown
     assert "points count for less than half" in " ".join(run(*command, "--loss", "huber")[1].split())
     code, _, err = run(*command, "--loss", "l1")
     assert code != 0
     assert "no loss 'l1': choose one of squared, huber, cauchy" in err
+    clean = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
+    write(clean, path, force=True)
+    assert "outliers" not in run(*command)[1]

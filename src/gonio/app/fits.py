@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gonio.compare import Row
+    from gonio.fit.outliers import Scrutiny
 
 
 class Figure(StrEnum):
@@ -85,6 +86,7 @@ def fit_scan(
     from gonio.app import arguments, present
     from gonio.compare import assess
     from gonio.fit import fit
+    from gonio.fit.outliers import scrutinise
 
     data = read_scan(scan, blocked, floor, select)
     cones = (source_half_angle, detector_half_angle, cone_step)
@@ -94,12 +96,13 @@ def fit_scan(
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
+    scrutiny = scrutinise(problem, [row.solution.values[name] for name in problem.names])
     if out:
-        _write_fit(Path(out), data, row, force)
+        _write_fit(Path(out), data, row, scrutiny, force)
     if json:
-        present.emit_json(present.solution_record(row), json, force)
+        present.emit_json(present.solution_record(row, scrutiny), json, force)
     if json != "-":
-        _show_fit(scan, row, out)
+        _show_fit(scan, row, scrutiny, out)
 
 
 @app.command("compare")
@@ -237,7 +240,7 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
     return {"scan": str(path), "ranking": ranking}
 
 
-def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> None:
+def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", scrutiny: "Scrutiny", force: bool) -> None:
     from gonio.app import drawing, present
     from gonio.files import refuse_existing
     from gonio.plot.style import save
@@ -245,13 +248,13 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> Non
     refuse_existing(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
     row.solution.save(folder / "solution.nc", force)
-    present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
+    present.emit_json(present.solution_record(row, scrutiny), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
     for kind in kinds:
         save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
 
 
-def _show_fit(scan: Path, row: "Row", out: str) -> None:
+def _show_fit(scan: Path, row: "Row", scrutiny: "Scrutiny", out: str) -> None:
     from gonio.app import present, provisos
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
@@ -260,7 +263,7 @@ def _show_fit(scan: Path, row: "Row", out: str) -> None:
     for line in (*provisos.instrument_lines([row.solution]), *provisos.loss_lines(row.solution)):
         terminal.print(line)
     terminal.print(present.solution_table(row.solution))
-    for line in present.verdict_lines(row):
+    for line in (*present.verdict_lines(row), *provisos.outlier_lines(scrutiny)):
         terminal.print(line)
     terminal.print(present.metrics_table(row.metrics))
     if out:

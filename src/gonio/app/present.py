@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from gonio.compare import Row
+    from gonio.fit.outliers import Scrutiny
     from gonio.fit.solution import Solution
     from gonio.materials import Material
     from gonio.model import Model, Term
@@ -215,7 +216,7 @@ def material_lines(material: "Material") -> Iterator[Any]:
         yield f"every {step}th of {len(rows)} rows"
 
 
-def solution_record(row: "Row") -> dict[str, Any]:
+def solution_record(row: "Row", scrutiny: "Scrutiny") -> dict[str, Any]:
     """A fit as plain data."""
     from gonio.fit.identifiability import combinations, verdicts
 
@@ -229,6 +230,7 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "weighting": attrs["weighting"],
         "noise_floor": attrs.get("noise_floor", 0.0),
         "loss": provisos.loss_record(row.solution),
+        "outliers": provisos.outlier_record(scrutiny),
         "instrument": provisos.instrument_record(row.solution),
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),

@@ -1,10 +1,15 @@
-"""What one has to know to read a fit: the instrument that was folded in, and the loss."""
+"""What one has to know to read a fit: the instrument that was folded in, the loss, and points that do not belong."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from gonio.units import label
+
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from gonio.fit.outliers import Scrutiny
     from gonio.fit.solution import Solution
 
 
@@ -51,3 +56,53 @@ def loss_lines(solution: "Solution") -> Iterator[str]:
         f"{record['name']} loss: {record['points_discounted']} of {solution.dataset.attrs['points']} points count for "
         f"less than half; the weighted residual of the others scatters by {record['scale']:.3g}"
     )
+
+
+ANGLES = ("theta_i", "theta_r", "phi")
+
+
+def outlier_record(scrutiny: "Scrutiny") -> dict[str, Any]:
+    """Every point beyond the threshold, and whether the model is to blame, as plain data."""
+    listed = []
+    for region, rows in scrutiny.regions.items():
+        for row in rows:
+            point = scrutiny.points.isel(direction=int(row))
+            one: dict[str, Any] = {name: float(point[name]) for name in (*ANGLES, "brdf")}
+            line = int(point["line"]) if "line" in point.variables else None
+            listed.append(one | {"region": region, "studentised": float(scrutiny.studentised[row]), "line": line})
+    return {
+        "threshold": scrutiny.threshold,
+        "sign_agreement": scrutiny.agreement,
+        "systematic": scrutiny.systematic,
+        "points": listed,
+    }
+
+
+def outlier_lines(scrutiny: "Scrutiny") -> Iterator[str]:
+    """Where points lie that do not belong, and what to do about them; nothing where all belong."""
+    if scrutiny.systematic:
+        same = (1 + scrutiny.agreement) / 2
+        yield (
+            f"[bold]systematic misfit[/bold]: {same:.0%} of neighbours err to the same side, where chance gives 50%: "
+            "the model lacks something, so points far off are no outliers for that alone"
+        )
+    for region, rows in scrutiny.regions.items():
+        far = "far off" if scrutiny.systematic else "[bold]outliers[/bold]"
+        yield f"{far}: {_place(scrutiny.points.isel(direction=rows))}: {region}"
+    if scrutiny.beyond.any() and not scrutiny.systematic:
+        yield "fit with --loss cauchy, which lets them go, or give them mask = 3 in the file"
+
+
+def _place(points: "xr.Dataset", most: int = 3) -> str:
+    """How many points, their range of angles, and the lines of the file for the first few."""
+    ranges = []
+    for angle in ANGLES:
+        low, high = float(points[angle].min()), float(points[angle].max())
+        ranges.append(f"{angle} {low:g}" if low == high else f"{angle} {low:g} to {high:g}")
+    count = points.sizes["direction"]
+    text = f"{count} point{'s' * (count > 1)} near {', '.join(ranges)} {label('degree')}"
+    if "line" not in points.variables:
+        return text
+    lines = [str(int(line)) for line in points["line"].values[:most]]
+    rest = f" and {count - most} more" if count > most else ""
+    return f"{text} (line{'s' * (count > 1)} {', '.join(lines)}{rest})"

@@ -11,7 +11,7 @@ Values = npt.NDArray[np.float64]
 
 def covariance(problem: Problem, vector: Values, slope: Values | None = None) -> Values:
     """`robust` covariance of the free values of a problem at an optimum (n, n)."""
-    return robust(Tangent(_jacobian(problem, vector)), problem.residual(vector), slope)
+    return robust(Tangent(jacobian(problem, vector)), problem.residual(vector), slope)
 
 
 def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Values:
@@ -49,7 +49,7 @@ def _infinite(found: Values, unknown: npt.NDArray[np.bool_]) -> Values:
     return found
 
 
-def _jacobian(problem: Problem, vector: Values) -> Values:
+def jacobian(problem: Problem, vector: Values) -> Values:
     """Derivative of the residual with respect to weights (exact) and shape (differences)."""
     n = problem.n_weights
     weights, shape = vector[:n], vector[n:]

@@ -70,6 +70,7 @@ def settle(problem: Problem, start: Values) -> Settled:
     if problem.loss == "squared":
         return Settled(vector, problem, np.nan, np.ones_like(problem.measured), False)
     loss = LOSSES[problem.loss]
+    given = 1.0 if problem.point_weights is None else problem.point_weights
     residual = problem.residual(vector)
     for _ in range(ROUNDS):
         scale = max(scatter(residual, len(vector)), np.finfo(float).eps * float(np.abs(problem.target).max()))
@@ -79,7 +80,11 @@ def settle(problem: Problem, start: Values) -> Settled:
         if still := bool(np.abs(residual - before).max() <= STILL * scale):
             break
     return Settled(
-        vector, replace(problem, point_weights=weights), scale, loss.slope(residual / scale), exhausted=not still
+        vector,
+        replace(problem, point_weights=given * weights),
+        scale,
+        loss.slope(residual / scale),
+        exhausted=not still,
     )
 
 

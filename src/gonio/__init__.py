@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "Anneal": "gonio.fit.anneal",
     "Geometry": "gonio.geometry",
+    "Instrument": "gonio.measured.instrument",
     "Model": "gonio.model",
     "Parameter": "gonio.model",
     "Problem": "gonio.fit.problem",
@@ -28,6 +29,7 @@ _HOMES = {
 __all__ = [
     "Anneal",
     "Geometry",
+    "Instrument",
     "Model",
     "Parameter",
     "Problem",
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from gonio.measured.check import check
     from gonio.measured.dataset import join
     from gonio.measured.formats import read, write
+    from gonio.measured.instrument import Instrument
     from gonio.measured.simulation import simulate
     from gonio.model import Model, Parameter
     from gonio.models import catalogue

@@ -17,6 +17,7 @@ from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
 from gonio.fit.strength import resolved
 from gonio.measured import dataset
+from gonio.measured.instrument import Acceptance
 from gonio.model import Model
 from gonio.processes import results
 
@@ -145,9 +146,18 @@ class Row:
     by_fold: Mapping[str, float] = field(default_factory=dict)
 
 
+def parts(model: Model, solution: Solution, points: xr.Dataset) -> dict[str, Values]:
+    """Every weight times its term at the directions of a flat scan, as the instrument of the fit reads them."""
+    values = solution.at(points)
+    acceptance = Acceptance(solution.instrument, dataset.geometry(points))
+    basis = acceptance.basis(model, {name: value for name, value in values.items() if name in model.shape})
+    return {weight: np.asarray(values[weight] * term, dtype=float) for weight, term in basis.items()}
+
+
 def predict(model: Model, solution: Solution, points: xr.Dataset) -> Values:
-    """The fitted BRDF at the directions of a flat scan."""
-    return np.asarray(model(dataset.geometry(points), solution.at(points)), dtype=float)
+    """The fitted BRDF at the directions of a flat scan, as the instrument of the fit reads it."""
+    acceptance = Acceptance(solution.instrument, dataset.geometry(points))
+    return np.asarray(acceptance.brdf(model, solution.at(points)), dtype=float)
 
 
 VALIDATED = ("delta", "log10_rmse")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import catalogue, join, published, simulate, write
+from gonio import Instrument, catalogue, join, published, simulate, write
 from gonio.app.cli import main
 
 SCRIPT = Path(sys.executable).with_name("gonio")
@@ -493,3 +493,73 @@ def test_joint_fit(run, tmp_path):
     other.write_text(files[0].read_text(encoding="utf-8"), encoding="utf-8")
     named = as_json(run, "fit", files[0], other, "--model", "lambert", "--joint")["parameters"]["rho"]["values"]
     assert sorted(named) == sorted([str(files[0]), str(other)])
+
+
+def test_an_instrument_is_folded_in(run, tmp_path):
+    """In the fit, in its JSON and the ranking's, in the figure; and a step too coarse is told with its remedy."""
+    seen = Instrument(detector_half_angle=2.0, step=0.2)
+    truth = {"ks": 0.3, "kd": 0.05, "sigma": 0.02}
+    path = tmp_path / "narrow.csv"
+    write(simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-20, 81.0), instrument=seen), path)
+    cones = ("--detector-half-angle", 2, "--weighting", "relative")
+    record = as_json(run, "fit", path, "--model", "torrance-sparrow", *cones)
+    assert record["instrument"] | {"error": 0} == {
+        "source_half_angle": 0,
+        "detector_half_angle": 2,
+        "step": 0.5,
+        "error": 0,
+    }
+    assert record["parameters"]["sigma"]["value"] == pytest.approx(0.02, rel=1e-3)
+    assert record["metrics"]["delta"] < 1e-3
+    blind = as_json(run, "fit", path, "--model", "torrance-sparrow", *cones[2:])
+    assert blind["parameters"]["sigma"]["value"] > 0.021
+    (ranked,) = as_json(run, "compare", path, "--models", "torrance-sparrow", *cones)
+    assert ranked["ranking"][0]["instrument"]["detector_half_angle"] == 2
+    code, out, _ = run("fit", path, "--model", "torrance-sparrow", *cones, "--cone-step", 2)
+    assert code == 0
+    assert "folded in, half-angle of detector 2 deg" in out.replace("\n", " ")
+    assert "add --cone-step 0.5" in out.replace("\n", " ")
+    assert run("plot", path, "--models", "torrance-sparrow", *cones, "--out", tmp_path / "f.png")[0] == 0
+    code, _, err = run("fit", path, "--model", "ggx", "--source-half-angle", 45)
+    assert code != 0
+    assert "source_half_angle is 45: give degrees from 0 to 30" in err
+
+
+def test_a_noise_floor_keeps_negative_values(run, tmp_path):
+    path = tmp_path / "dark.csv"
+    path.write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n10,0,0.3\n10,20,0.28\n10,40,-0.01\n", encoding="utf-8")
+    command = ("fit", path, "--model", "lambert", "--weighting", "relative")
+    assert "--noise-floor" in run(*command)[2]
+    assert as_json(run, *command, "--noise-floor", 0.1)["noise_floor"] == 0.1
+
+
+def test_outliers_are_listed_and_a_robust_loss_lets_them_go(run, tmp_path):
+    truth = {"ks": 0.3, "kd": 0.02, "sigma": 0.15}
+    scan = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
+    scan["brdf"].values[[3, 25, 40]] *= 3
+    path = tmp_path / "wrong.csv"
+    write(scan, path)
+    command = ("fit", path, "--model", "torrance-sparrow", "--weighting", "uncertainty")
+    record = as_json(run, *command, "--loss", "cauchy")
+    assert record["loss"]["name"] == "cauchy"
+    assert record["loss"]["points_discounted"] == pytest.approx(3, abs=2)
+    assert record["parameters"]["kd"]["value"] == pytest.approx(0.02, rel=0.01)
+    plain = as_json(run, *command)
+    assert plain["loss"] == {"name": "squared", "scale": None, "points_discounted": 0}
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(plain["outliers"]["points"]) == 3
+    for point in plain["outliers"]["points"]:
+        row = [float(cell) for cell in lines[point["line"] - 1].split(",")[:3]]
+        assert row[0] == point["theta_i"]
+        assert abs(row[1]) == point["theta_r"]
+        assert point["brdf"] in [float(value) for value in lines[point["line"] - 1].split(",")]
+    shown = " ".join(run(*command)[1].split())
+    assert "outliers: " in shown
+    assert "fit with --loss cauchy" in shown
+    assert "points count for less than half" in " ".join(run(*command, "--loss", "huber")[1].split())
+    code, _, err = run(*command, "--loss", "l1")
+    assert code != 0
+    assert "no loss 'l1': choose one of squared, huber, cauchy" in err
+    clean = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
+    write(clean, path, force=True)
+    assert "outliers" not in run(*command)[1]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.app.evaluation import Surface
-from gonio.compare import METRICS, Row, predict
+from gonio.compare import METRICS, Row, parts, predict
 from gonio.fit.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
@@ -60,7 +60,7 @@ def _residuals(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: boo
 
 def _components(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
     best = rows[0]
-    return components(scan, best.model, best.solution.at, title=f"{name}: {best.model.name}")
+    return components(scan, best.model, partial(parts, best.model, best.solution), title=f"{name}: {best.model.name}")
 
 
 def _convergence(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":

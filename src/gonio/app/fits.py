@@ -9,14 +9,18 @@ import typer
 from gonio.app.options import (
     Blocked,
     Bound,
+    ConeStep,
+    DetectorHalfAngle,
     Floor,
     Force,
     Group,
     Hold,
     Json,
+    LossName,
     MaterialName,
     ModelName,
     Models,
+    NoiseFloor,
     Scans,
     Seed,
     Select,
@@ -24,6 +28,7 @@ from gonio.app.options import (
     Share,
     Smoothed,
     SolverName,
+    SourceHalfAngle,
     Wavelength,
     Weigh,
     Workers,
@@ -39,6 +44,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gonio.compare import Row
+    from gonio.fit.outliers import Scrutiny
 
 
 class Figure(StrEnum):
@@ -69,6 +75,11 @@ def fit_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     blocked: Blocked = 0.0,
@@ -83,18 +94,23 @@ def fit_scan(
     from gonio.app import arguments, present
     from gonio.compare import assess
     from gonio.fit import fit
+    from gonio.fit.outliers import scrutinise
 
     data = read_joint([(path, read_scan(path, blocked, floor, select)) for path in scans], joint)
-    options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
+    cones = (source_half_angle, detector_half_angle, cone_step)
+    options = problem_options(
+        data, hold, group, share, smooth, bound, weighting, noise_floor, loss, material, wavelength, cones
+    )
     problem = Problem(catalogue[model], data, **options)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
+    scrutiny = scrutinise(problem, [row.solution.values[name] for name in problem.names])
     if out:
-        _write_fit(Path(out), data, row, force)
+        _write_fit(Path(out), data, row, scrutiny, force)
     if json:
-        present.emit_json(present.solution_record(row), json, force)
+        present.emit_json(present.solution_record(row, scrutiny), json, force)
     if json != "-":
-        _show_fit(scans, row, out)
+        _show_fit(scans, row, scrutiny, out)
 
 
 @app.command("compare")
@@ -110,6 +126,11 @@ def compare_models(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     rank_by: Annotated[str, typer.Option("--rank", help="delta, E, nrmse or log10_rmse")] = "E",
@@ -126,15 +147,18 @@ def compare_models(
     force: Force = False,
 ) -> None:
     """Fit several models to scans and rank them."""
-    from gonio.app import arguments, present
+    from gonio.app import arguments, present, provisos
     from gonio.compare import rank
 
     chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
+    cones = (source_half_angle, detector_half_angle, cone_step)
     loaded = [(path, read_scan(path, blocked, floor, select)) for path in scans]
     found = []
     with present.progress_bar("comparing") as progress:
         for done, (path, data) in enumerate(loaded):
-            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
+            options = problem_options(
+                data, hold, group, share, smooth, bound, weighting, noise_floor, loss, material, wavelength, cones
+            )
             rows = rank(
                 data,
                 chosen,
@@ -151,6 +175,8 @@ def compare_models(
     if json != "-":
         for path, rows in found:
             present.console().print(present.ranking_table(path.stem, rows))
+            for line in provisos.instrument_lines([row.solution for row in rows]):
+                present.console().print(line)
             if by_incidence:
                 for part in present.incidence_tables(rows):
                     present.console().print(part)
@@ -170,6 +196,11 @@ def plot_scan(
     material: MaterialName = "",
     wavelength: Wavelength = "",
     weighting: Weigh = "uniform",
+    noise_floor: NoiseFloor = 0.0,
+    loss: LossName = "squared",
+    source_half_angle: SourceHalfAngle = 0.0,
+    detector_half_angle: DetectorHalfAngle = 0.0,
+    cone_step: ConeStep = 0.5,
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
@@ -186,11 +217,14 @@ def plot_scan(
 
     chosen, search = chosen_models(models), arguments.solver(solver, seed, setting)
     target, suffixes = arguments.figure_target(out or f"{scans[0].stem}-{figure.value}")
+    cones = (source_half_angle, detector_half_angle, cone_step)
     ranked = {}
     with present.progress_bar("fitting") as progress:
         for path in scans:
             data = read_scan(path, blocked, floor, select)
-            options = problem_options(data, hold, group, share, smooth, bound, weighting, material, wavelength)
+            options = problem_options(
+                data, hold, group, share, smooth, bound, weighting, noise_floor, loss, material, wavelength, cones
+            )
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
     drawn = drawing.draw(figure.value, ranked, normalised=normalised)
     for path in save(drawn, target, suffixes, force):
@@ -198,12 +232,15 @@ def plot_scan(
 
 
 def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
+    from gonio.app import provisos
+
     ranking = [
         {
             "model": row.model.name,
             "free_parameters": row.free_parameters,
             "effective_values": row.effective_values,
             "status": str(row.solution.status),
+            "instrument": provisos.instrument_record(row.solution),
             "metrics": dict(row.metrics),
             "aicc": row.aicc,
             "bic": row.bic,
@@ -216,7 +253,7 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
     return {"scan": str(path), "ranking": ranking}
 
 
-def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> None:
+def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", scrutiny: "Scrutiny", force: bool) -> None:
     from gonio.app import drawing, present
     from gonio.files import refuse_existing
     from gonio.plot.style import save
@@ -224,25 +261,27 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> Non
     refuse_existing(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
     row.solution.save(folder / "solution.nc", force)
-    present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
+    present.emit_json(present.solution_record(row, scrutiny), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
     kinds += ["spectra"] * drawing.has_spectra(row.solution)
     for kind in kinds:
         save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
 
 
-def _show_fit(scans: list[Path], row: "Row", out: str) -> None:
-    from gonio.app import fitted_values, present
+def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", out: str) -> None:
+    from gonio.app import fitted_values, present, provisos
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {which}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
+    for line in (*provisos.instrument_lines([row.solution]), *provisos.loss_lines(row.solution)):
+        terminal.print(line)
     for line in fitted_values.smooth_lines(row):
         terminal.print(line)
     for part in fitted_values.solution_tables(row.solution):
         terminal.print(part)
-    for line in present.verdict_lines(row):
+    for line in (*present.verdict_lines(row), *provisos.outlier_lines(scrutiny)):
         terminal.print(line)
     terminal.print(present.metrics_table(row.metrics))
     if out:

@@ -35,6 +35,19 @@ Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help=
 Weigh = Annotated[
     str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
 ]
+NoiseFloor = Annotated[
+    float, typer.Option("--noise-floor", metavar="VALUE", help="relative weighting: the noise is constant below it")
+]
+LossName = Annotated[str, typer.Option("--loss", help="squared, or huber or cauchy against outliers")]
+SourceHalfAngle = Annotated[
+    float, typer.Option("--source-half-angle", metavar="DEG", help="cone that the source fills, folded into the model")
+]
+DetectorHalfAngle = Annotated[
+    float, typer.Option("--detector-half-angle", metavar="DEG", help="the same for what the detector takes in")
+]
+ConeStep = Annotated[
+    float, typer.Option("--cone-step", metavar="DEG", help="how far apart the directions are that stand for a cone")
+]
 Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
 Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
@@ -95,11 +108,15 @@ def problem_options(
     smooth: list[str],
     bound: list[str],
     weighting: str,
+    noise_floor: float,
+    loss: str,
     material: str,
     wavelength: str,
+    cones: tuple[float, float, float],
 ) -> dict[str, Any]:
-    """The options of a Problem from those of a command."""
+    """The options of a Problem from those of a command; `cones` are the fields of an Instrument."""
     from gonio.app import arguments
+    from gonio.measured.instrument import Instrument
 
     options = {
         "held": arguments.held(hold, data),
@@ -108,6 +125,9 @@ def problem_options(
         "smooth": arguments.smooth(smooth),
         "bounds": arguments.bounds(bound),
         "weighting": weighting,
+        "noise_floor": noise_floor,
+        "loss": loss,
+        "instrument": Instrument(*cones),
     }
     return arguments.with_material(options, data, material, wavelength) if material else options
 

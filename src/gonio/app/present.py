@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gonio.app import provisos
 from gonio.files import replacing
 from gonio.model import declarations
 from gonio.units import label
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from gonio.compare import Row
+    from gonio.fit.outliers import Scrutiny
     from gonio.materials import Material
     from gonio.model import Model, Term
 
@@ -213,7 +215,7 @@ def material_lines(material: "Material") -> Iterator[Any]:
         yield f"every {step}th of {len(rows)} rows"
 
 
-def solution_record(row: "Row") -> dict[str, Any]:
+def solution_record(row: "Row", scrutiny: "Scrutiny") -> dict[str, Any]:
     """A fit as plain data."""
     from gonio.fit.identifiability import combinations, verdicts
 
@@ -225,6 +227,10 @@ def solution_record(row: "Row") -> dict[str, Any]:
         "seconds": attrs["seconds"],
         "points": attrs["points"],
         "weighting": attrs["weighting"],
+        "noise_floor": attrs.get("noise_floor", 0.0),
+        "loss": provisos.loss_record(row.solution),
+        "outliers": provisos.outlier_record(scrutiny),
+        "instrument": provisos.instrument_record(row.solution),
         "parameters": row.solution.parameters(),
         "metrics": dict(row.metrics),
         "aicc": row.aicc,

@@ -9,13 +9,13 @@ from gonio.fit.problem import Problem
 Values = npt.NDArray[np.float64]
 
 
-def covariance(problem: Problem, vector: Values) -> Values:
+def covariance(problem: Problem, vector: Values, slope: Values | None = None) -> Values:
     """`robust` covariance of the free values of a problem at an optimum (n, n)."""
     plane = Tangent(np.concatenate([jacobian(problem, vector), problem.penalty]))
-    return robust(plane, problem.difference(problem.brdf(vector)))
+    return robust(plane, problem.difference(problem.brdf(vector)), slope)
 
 
-def robust(plane: Tangent, residual: Values) -> Values:
+def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Values:
     """Covariance of the values (n, n), infinite where the data do not determine a value.
 
     The heteroscedasticity-consistent estimate HC3 (mackinnon1985): it needs no assumption on how the noise depends on
@@ -24,12 +24,18 @@ def robust(plane: Tangent, residual: Values) -> Values:
 
     Rows of the plane beyond the residual are those of a penalty: they hold the values, and have no error of their own.
     The covariance is then that of a biased estimate about its own mean, and does not hold what smoothing takes away.
+    slope (points,): by how much less than for squared errors the loss pulls back a residual that grows, from -1 to 1,
+    for residuals that hold the loss's weights: then it is the sandwich of an estimate under that loss (huber1967).
     """
     basis = plane.basis[: len(residual)]
     leverage = np.sum(basis**2, axis=1)
     alone = leverage > 1 - 1e-9  # a point that one value fits exactly says nothing about its error
     error = np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage))
     inverse = plane.directions @ basis.T
+    if slope is not None and not np.all(slope == 1):
+        held = plane.basis[len(residual) :]
+        bread = basis.T @ (slope[:, None] * basis) + held.T @ held
+        inverse = plane.directions @ np.linalg.pinv(bread) @ basis.T
     spread = inverse * error
     unknown = plane.blind
     if alone.any():

@@ -1,6 +1,7 @@
 """Fitting: a problem and a solver in, a Solution out."""
 
 import time
+from dataclasses import asdict, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 from gonio.fit.covariance import covariance
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
+from gonio.fit.reweighting import Settled, minimum
 from gonio.fit.solution import Optimum, Solution, Status
 from gonio.fit.solver import Progress, Solver, silent
 from gonio.fit.strength import effective_values, resolved
@@ -22,18 +24,20 @@ def fit(problem: Problem, solver: Solver | None = None, progress: Progress = sil
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
     Strengths and scales of smooth parameters that the problem leaves open are `resolved` first.
-    A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
+    A fit that goes wrong has a status that says so; it raises nothing and hides nothing. Its cost is E under any loss.
     """
     solver = solver or Projection()
     started = time.perf_counter()
     problem = resolved(problem)
-    optimum = solver.search(problem, progress)
-    spread = covariance(problem, optimum.vector)
+    optimum, settled = minimum(problem, solver, progress)
+    spread = covariance(settled.problem, optimum.vector, settled.slope)
     seconds = time.perf_counter() - started
-    return _solution(problem, solver, optimum, spread, seconds)
+    return _solution(problem, solver, optimum, settled, spread, seconds)
 
 
-def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values, seconds: float) -> Solution:
+def _solution(
+    problem: Problem, solver: Solver, optimum: Optimum, settled: Settled, spread: Values, seconds: float
+) -> Solution:
     entries = [(entry, label) for entry in problem.entries for label in entry.labels]
     names = [name for entry in problem.entries for name in entry.names]
     free = np.array([entry.held is None for entry, _ in entries])
@@ -73,15 +77,37 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
                 "seconds": seconds,
                 "evaluations": optimum.evaluations,
                 "weighting": problem.weighting,
+                "noise_floor": problem.noise_floor,
+                "loss": problem.loss,
+                "loss_scale": settled.scale,
+                "points_discounted": _discounted(settled),
                 "points": len(problem.measured),
                 "effective_values": effective,
                 "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),
                 "unit": dataset.unit(problem.data),
                 "data_history": problem.data.attrs.get("history", ""),
                 "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
+                **{f"instrument_{name}": value for name, value in asdict(problem.instrument).items()},
+                "instrument_error": _instrument_error(problem, optimum.vector),
             },
         )
     )
+
+
+def _discounted(settled: Settled) -> int:
+    """How many points the loss lets count for less than half."""
+    weights = settled.problem.point_weights
+    return 0 if weights is None else int((weights < 0.5).sum())
+
+
+def _instrument_error(problem: Problem, vector: Values) -> float:
+    """Root of E of the change that a finer rule for the instrument's cones makes, over the root of E itself."""
+    if not problem.instrument:
+        return 0.0
+    residual = problem.residual(vector)
+    change = replace(problem, instrument=problem.instrument.finer()).residual(vector) - residual
+    left = float(np.linalg.norm(residual))
+    return float(np.linalg.norm(change)) / left if left > 0 else 0.0
 
 
 def _at_bound(vector: Values, bound: Values) -> npt.NDArray[np.bool_]:

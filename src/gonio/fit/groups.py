@@ -65,7 +65,7 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     told = problem.root_weights * problem.measured
     if len(rows) < 2 or not all(told[some].any() for some in rows):
         return []
-    return [(some, replace(problem, data=problem.points.isel(direction=some), smooth={})) for some in rows]
+    return [(some, replace(problem.part(some), smooth={})) for some in rows]
 
 
 def assembled(problem: Problem, found: list[tuple[Rows, Problem, Optimum]]) -> Optimum:

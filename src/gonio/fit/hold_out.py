@@ -1,14 +1,13 @@
 """What a fit predicts where it was not shown the measurement: folds of a scan, and the predictions of each."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.problem import Problem
-from gonio.fit.refit import refit
+from gonio.fit.reweighting import settle
 from gonio.fit.solution import Solution
 from gonio.fit.strength import resolved
 from gonio.measured import dataset
@@ -66,8 +65,8 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:
         _refuse_unseen(problem, name, left)
-        shown = replace(problem, data=flat.isel(direction=np.flatnonzero(~left)))
-        out[left] = problem.brdf(refit(shown, found, SETTLED).point)[left]
+        shown = problem.part(np.flatnonzero(~left))
+        out[left] = problem.brdf(settle(shown, found, SETTLED).vector)[left]
     return out, parts
 
 

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.axes import Axes
+from gonio.fit.loss import LOSSES
 from gonio.fit.smooth import Smooth, Smoothing, declared, penalty_rows
 from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.model import Model
 from gonio.units import UNITS, weight_unit
 
@@ -58,9 +60,14 @@ class Problem:
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
         describe the surface.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
+        the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
+    loss: a name of LOSSES, what a large error costs.
+    point_weights: of the points in use, on top of all other weights; a fit under a robust loss sets them.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
         holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
+    instrument: what source and detector take in, folded into every term; the values are those of the model without it.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
@@ -71,10 +78,14 @@ class Problem:
     grouped: Grouping = field(default_factory=dict)
     shared: tuple[str, ...] = ()
     weighting: str = "uniform"
+    noise_floor: float = 0.0
+    loss: str = "squared"
+    point_weights: Values | None = None
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     smooth: Smoothing = field(default_factory=dict)
+    instrument: Instrument = IDEAL
 
     def __post_init__(self) -> None:
         named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
@@ -86,6 +97,14 @@ class Problem:
                     raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
         if self.weighting not in WEIGHTINGS:
             raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        if self.loss not in LOSSES:
+            raise ValueError(f"no loss {self.loss!r}: choose one of {', '.join(LOSSES)}")
+        if not 0 <= self.noise_floor < math.inf:
+            raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
+        if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
+            raise ValueError(
+                f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
+            )
         dataset.unit(self.data)
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
@@ -93,7 +112,9 @@ class Problem:
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
-        _ = self.root_weights
+        if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
+            raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
+        _ = self.root_weights, self.acceptance
 
     @functools.cached_property
     def smoothed(self) -> dict[str, Smooth]:
@@ -115,6 +136,10 @@ class Problem:
         return dataset.geometry(self.points)
 
     @functools.cached_property
+    def acceptance(self) -> Acceptance:
+        return Acceptance(self.instrument, self.geometry)
+
+    @functools.cached_property
     def measured(self) -> Values:
         return np.asarray(self.points["brdf"].values, dtype=float)
 
@@ -125,12 +150,14 @@ class Problem:
     @functools.cached_property
     def root_weights(self) -> Values:
         """Square roots of the weights g1(theta_i) g2(theta_r) of eq 11."""
-        weights = WEIGHTINGS[self.weighting].weights(self.points)
+        weights = WEIGHTINGS[self.weighting].weights(self.points, self.noise_floor)
         for name, g in (("theta_i", self.g1), ("theta_r", self.g2)):
             if g is not None:
                 weights = weights * np.asarray(g(self.points[name].values))
+        if self.point_weights is not None:
+            weights = weights * self.point_weights
         if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
-            raise ValueError("the weights g1 and g2 must be finite, non-negative and not all zero")
+            raise ValueError("the weights g1, g2 and of points must be finite, non-negative and not all zero")
         root: Values = np.sqrt(weights)
         return root
 
@@ -240,13 +267,18 @@ class Problem:
         low, high = self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper
         return Axes(parameters, low, high, evenly)
 
+    def part(self, rows: npt.NDArray[np.intp]) -> "Problem":
+        """The same problem of some of its points in use."""
+        given = None if self.point_weights is None else self.point_weights[rows]
+        return replace(self, data=self.points.isel(direction=rows), point_weights=given)
+
     def design(self, shape: Values) -> tuple[Values, Values]:
-        """The matrix whose product with the weights is the BRDF, and the part of held weights.
+        """The matrix whose product with the weights is the BRDF, and the part of held weights, as the instrument reads.
 
         `shape` (..., n_shape) may carry leading dimensions for several candidates at once;
         returns (..., n_points, n_weights) and (..., n_points).
         """
-        basis = self.model.basis(self.geometry, self._shape_at_points(shape))
+        basis = self.acceptance.basis(self.model, self._shape_at_points(shape))
         lead = shape.shape[:-1]
         n = len(self.measured)
         columns = np.zeros((*lead, self.n_weights, n))  # column by column, as LAPACK reads a matrix
@@ -266,7 +298,7 @@ class Problem:
         return np.swapaxes(columns, -1, -2), fixed
 
     def brdf(self, vector: Values) -> Values:
-        """The model at every point, for a vector (..., n) of weights and shape."""
+        """The model at every point as the instrument reads it, for a vector (..., n) of weights and shape."""
         matrix, fixed = self.design(vector[..., self.n_weights :])
         out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
         return out

@@ -11,15 +11,27 @@ Values = npt.NDArray[np.float64]
 SMALLEST = 1e-3  # scale of a value that is zero, as the covariance takes it
 
 
-def refit(problem: Problem, start: Values, tolerance: float = SEARCHED, max_steps: int = 2000) -> Descent:
-    """The minimum downhill of a vector of weights and shape, its last digits left."""
+def refit(
+    problem: Problem,
+    start: Values,
+    tolerance: float = SEARCHED,
+    max_steps: int = 2000,
+    factors: Values | None = None,
+) -> Descent:
+    """The minimum downhill of a vector of weights and shape, its last digits left.
+
+    factors (points,): what the residual of each point is multiplied by, 1 where None.
+    """
+    rows = np.ones(len(problem.measured) + len(problem.penalty))
+    if factors is not None:
+        rows[: len(factors)] = factors
     return descend(
-        problem.residual,
+        lambda vector: rows * problem.residual(vector),
         start,
         problem.lower,
         problem.upper,
         scale=np.maximum(np.abs(start), SMALLEST),
-        jacobian=lambda vector: slopes(problem, vector),
+        jacobian=lambda vector: rows[:, None] * slopes(problem, vector),
         tolerance=tolerance,
         max_steps=max_steps,
         last_digits=False,

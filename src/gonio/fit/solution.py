@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from scipy.special import stdtrit
 
 from gonio.files import replacing
 from gonio.fit.smooth import Smooth
+from gonio.measured.instrument import Instrument
 
 Values = npt.NDArray[np.float64]
 
@@ -50,8 +51,10 @@ class Solution:
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
     `held`, `covariance`, `history` (best E after each step, with what holds values smooth). Coordinates: `name`, `by`,
     `group`, `unit` of each value.
-    Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, points,
-    effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data).
+    Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, noise_floor,
+    points, effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
+    and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule for its cones
+    would change, over what the fit leaves over.
     """
 
     dataset: xr.Dataset
@@ -73,6 +76,12 @@ class Solution:
         """What was held smooth, by name, as a Problem takes it; nothing in files from before there was any."""
         pairs = (text.partition("=") for text in self.dataset.attrs.get("smooth", "").split())
         return {name: Smooth.parsed(how) for name, _, how in pairs}
+
+    @property
+    def instrument(self) -> Instrument:
+        """What source and detector took in, which comparisons with the scan need again."""
+        attrs, names = self.dataset.attrs, [f.name for f in fields(Instrument)]
+        return Instrument(**{n: float(attrs[f"instrument_{n}"]) for n in names if f"instrument_{n}" in attrs})
 
     @functools.cached_property
     def values(self) -> dict[str, float]:

@@ -12,27 +12,33 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Weighting:
-    """One way to weigh squared errors; `logarithmic` compares logarithms, in which no weight enters linearly."""
+    """One way to weigh squared errors, from the points and a noise floor that only a `floored` one has a use for.
+
+    `logarithmic` compares logarithms, in which no weight enters linearly.
+    """
 
     help: str
-    weights: Callable[[xr.Dataset], Values]
+    weights: Callable[[xr.Dataset, float], Values]
     logarithmic: bool = False
+    floored: bool = False
 
 
-def _uniform(points: xr.Dataset) -> Values:
+def _uniform(points: xr.Dataset, floor: float = 0.0) -> Values:
     return np.ones(points.sizes["direction"])
 
 
-def _relative(points: xr.Dataset) -> Values:
-    return 1 / _positive(points, "relative") ** 2
+def _relative(points: xr.Dataset, floor: float) -> Values:
+    values = points["brdf"].values if floor > 0 else _positive(points, "relative")
+    weights: Values = 1 / (values**2 + floor**2)
+    return weights
 
 
-def _solid_angle(points: xr.Dataset) -> Values:
+def _solid_angle(points: xr.Dataset, floor: float) -> Values:
     theta_r = np.radians(points["theta_r"].values)
     return np.cos(theta_r) * np.sin(theta_r)
 
 
-def _inverse_variance(points: xr.Dataset) -> Values:
+def _inverse_variance(points: xr.Dataset, floor: float) -> Values:
     if "uncertainty" not in points:
         raise ValueError(
             "weighting by uncertainty needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none"
@@ -47,7 +53,7 @@ def _inverse_variance(points: xr.Dataset) -> Values:
     return 1 / uncertainty**2
 
 
-def _logarithmic(points: xr.Dataset) -> Values:
+def _logarithmic(points: xr.Dataset, floor: float) -> Values:
     _positive(points, "log")
     return _uniform(points)
 
@@ -56,16 +62,19 @@ def _positive(points: xr.Dataset, name: str) -> Values:
     values: Values = points["brdf"].values
     wrong = int((values <= 0).sum())
     if wrong:
+        keep = "give a noise floor (--noise-floor), " if WEIGHTINGS[name].floored else ""
         raise ValueError(
-            f"{name} weighting needs positive values, and {wrong} of {len(values)} are not: "
-            "mask them with a noise floor (--floor) or choose another weighting"
+            f"{name} weighting needs positive values, and {wrong} of {len(values)} are not: {keep}"
+            "mask what is below a floor (--floor) or choose another weighting"
         )
     return values
 
 
 WEIGHTINGS: Mapping[str, Weighting] = {
     "uniform": Weighting("every point alike, as the paper does", _uniform),
-    "relative": Weighting("1/brdf^2: every relative error alike", _relative),
+    "relative": Weighting(
+        "1/(brdf^2 + floor^2): every relative error alike above a noise floor", _relative, floored=True
+    ),
     "solid-angle": Weighting("cos theta_r sin theta_r: a hemisphere's energy from an in-plane scan", _solid_angle),
     "uncertainty": Weighting("1/uncertainty^2: what the scan itself is sure of", _inverse_variance),
     "log": Weighting("squared difference of logarithms: every decade alike", _logarithmic, logarithmic=True),

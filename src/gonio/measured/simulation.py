@@ -7,6 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, geometry, make_scan
+from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.measured.masking import mask
 from gonio.model import Model
 
@@ -25,13 +26,14 @@ def simulate(
     seed: int = 0,
     unit: str = ABSOLUTE,
     wavelength: float | None = None,
+    instrument: Instrument = IDEAL,
 ) -> xr.Dataset:
     """An in-plane scan of `model` at every pair of theta_i and signed theta_r [deg].
 
     A value that is a mapping from theta_i to a number changes with the incidence angle. `noise` is the standard
     deviation relative to each value, `offset_noise` the absolute one; both are normal and seeded, and their
     combined standard uncertainty is stated in the scan. `blocked` [deg] masks the beam, as `mask` does;
-    `wavelength` [nm] labels every value.
+    `wavelength` [nm] labels every value. `instrument` is folded in by a finer rule than that of a fit.
     Raises KeyError where a mapping has no value for an incidence angle.
     """
     incidence, reflection = (a.ravel() for a in np.meshgrid(theta_i, theta_r, indexing="ij"))
@@ -41,7 +43,7 @@ def simulate(
         name: np.array([value[angle] for angle in incidence]) if isinstance(value, Mapping) else value
         for name, value in values.items()
     }
-    true = np.asarray(model(geometry(scan), at_points))
+    true = np.asarray(Acceptance(instrument.finer(), geometry(scan)).brdf(model, at_points))
     spread = np.sqrt((noise * true) ** 2 + offset_noise**2)
     measured = true + spread * np.random.default_rng(seed).standard_normal(true.shape)
     scan["brdf"].values[:] = measured

@@ -28,20 +28,21 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+
 Values = npt.NDArray[np.float64]
 
 
 def components(
     scan: xr.Dataset,
     model: Model,
-    values_at: "Callable[[xr.Dataset], Mapping[str, float | Values]]",
+    parts_at: "Callable[[xr.Dataset], Mapping[str, Values]]",
     *,
     title: str = "",
     most: int = 4,
 ) -> "Figure":
     """One column an incidence angle, linear above and logarithmic below: every weight times its term.
 
-    `values_at` gives the parameters at the directions of a flat scan, as Solution.at does.
+    `parts_at` gives the weighted terms at the directions of a flat scan, as compare.parts does.
     """
     chosen, note = panel_curves(scan, most)
     measured = "simulated" if "simulated" in scan.attrs else "measured"
@@ -49,10 +50,7 @@ def components(
         figure = new_figure(max(2.7 * len(chosen), 5.0) + 0.6, 5.4)
         axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col")
         for k, curve in enumerate(chosen):
-            values = values_at(curve.fine)
-            shape = {name: value for name, value in values.items() if name in model.shape}
-            basis = model.basis(dataset.geometry(curve.fine), shape)
-            parts = {weight: np.asarray(values[weight] * term) for weight, term in basis.items()}
+            parts = parts_at(curve.fine)
             for ax in axes[:, k]:
                 ax.plot(curve.theta_r, curve.measured, **MEASURED, label=measured)
                 for j, (weight, part) in enumerate(parts.items()):

@@ -19,7 +19,7 @@ from gonio.app.drawing import predictors
 from gonio.app.present import uncertain
 from gonio.app.report import study as paper
 from gonio.app.report.study import COMPARED_AT, Study, Surface
-from gonio.compare import drop
+from gonio.compare import drop, parts
 from gonio.files import refuse_existing, replacing
 from gonio.fit.solver import Progress
 from gonio.measured.dataset import flatten
@@ -190,7 +190,11 @@ def _drawings(study: Study) -> dict[str, Draw]:
         title = f"{name}, simulated"
         out[f"curves_{name}"] = functools.partial(curves, scan, fits, title=title, normalised=True)
         out[f"components_{name}"] = functools.partial(
-            components, scan, surface.model, surface.free.at, title=f"{title}: the three components"
+            components,
+            scan,
+            surface.model,
+            functools.partial(parts, surface.model, surface.free),
+            title=f"{title}: the three components",
         )
     al, sr = study.surfaces[0], next(s for s in study.surfaces if s.constants.name == "SR107")
     kept = np.flatnonzero(np.isin(flatten(al.scan)["theta_i"].values, COMPARED_AT))

@@ -65,7 +65,8 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     told = problem.root_weights * problem.measured
     if len(rows) < 2 or not all(told[some].any() for some in rows):
         return []
-    return [(some, replace(problem.part(some), smooth={})) for some in rows]
+    free = replace(problem, smooth={})
+    return [(some, free.part(some)) for some in rows]
 
 
 def assembled(problem: Problem, found: list[tuple[Rows, Problem, Optimum]]) -> Optimum:

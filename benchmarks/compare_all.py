@@ -1,7 +1,8 @@
 """The whole catalogue on one real scan, as a user asks for it: `make bench-compare`.
 
-Writes benchmarks/compare_all.json and fails where the comparison takes longer than a minute. Processor time stands
-beside wall time, because it is what remains of a measurement on a machine that others use too.
+Writes benchmarks/compare_all.json and fails where a comparison takes longer than a minute. Arguments are the
+weightings, uniform and log without any. Processor time stands beside wall time, because it is what remains of a
+measurement on a machine that others use too.
 """
 
 import json
@@ -58,7 +59,7 @@ def main() -> int:
         "date": date.today().isoformat(),
         "command": f"gonio compare {SCAN.name} {' '.join(OPTIONS)} --weighting ..",
         "points": points,
-        "runs": [measure(weighting) for weighting in ("uniform", "log")],
+        "runs": [measure(weighting) for weighting in sys.argv[1:] or ("uniform", "log")],
     }
     text = json.dumps(record, indent=1, ensure_ascii=False)
     RECORD.write_text(text + "\n", encoding="utf-8")

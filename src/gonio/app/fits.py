@@ -8,7 +8,10 @@ import typer
 
 from gonio.app.options import (
     Blocked,
+    Bootstrap,
     Bound,
+    CovarianceKind,
+    Derive,
     Floor,
     Force,
     Group,
@@ -17,6 +20,8 @@ from gonio.app.options import (
     MaterialName,
     ModelName,
     Models,
+    ProfileOf,
+    Resample,
     Scan,
     Scans,
     Seed,
@@ -35,6 +40,7 @@ from gonio.app.terminal import app
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gonio.app.certainty import Certainty
     from gonio.compare import Row
 
 
@@ -66,6 +72,11 @@ def fit_scan(
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
+    covariance: CovarianceKind = "robust",
+    bootstrap: Bootstrap = 0,
+    resample: Resample = "residual",
+    profile: ProfileOf = "",
+    derived: Derive = False,
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="write the solution, its JSON and figures")] = "",
     json: Json = "",
     force: Force = False,
@@ -73,20 +84,24 @@ def fit_scan(
     """Fit one model to a scan: values, uncertainties, metrics."""
     from gonio import Problem, catalogue
     from gonio.app import arguments, present
+    from gonio.app.certainty import Question, ask
     from gonio.compare import assess
     from gonio.fit import fit
 
     data = read_scan(scan, blocked, floor, select)
     options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
     problem = Problem(catalogue[model], data, **options)
+    question = Question(bootstrap, resample, seed, profile, derived)
+    question.refuse_unfit(problem)
     with present.progress_bar(f"fitting {model}") as progress:
-        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
+        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress, covariance))
+    certainty = ask(problem, row.solution, question)
     if out:
-        _write_fit(Path(out), data, row, force)
+        _write_fit(Path(out), data, row, certainty, force)
     if json:
-        present.emit_json(present.solution_record(row), json, force)
+        present.emit_json(present.solution_record(row, certainty), json, force)
     if json != "-":
-        _show_fit(scan, row, out)
+        _show_fit(scan, row, certainty, out)
 
 
 @app.command("compare")
@@ -203,29 +218,40 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
     return {"scan": str(path), "ranking": ranking}
 
 
-def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", force: bool) -> None:
+def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", certainty: "Certainty", force: bool) -> None:
     from gonio.app import drawing, present
     from gonio.files import refuse_existing
+    from gonio.fit.bootstrap import kept
+    from gonio.plot.profiles import profiles
     from gonio.plot.style import save
 
     refuse_existing(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
-    row.solution.save(folder / "solution.nc", force)
-    present.emit_json(present.solution_record(row), str(folder / "fit.json"), force)
+    solution = row.solution if certainty.drawn is None else kept(row.solution, certainty.drawn)
+    solution.save(folder / "solution.nc", force)
+    present.emit_json(present.solution_record(row, certainty), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
     for kind in kinds:
         save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
+    if certainty.profiles:
+        drawn = profiles(certainty.profiles, row.solution.uncertainties, title=row.model.name)
+        save(drawn, folder / "profiles", force=force)
 
 
-def _show_fit(scan: Path, row: "Row", out: str) -> None:
+def _show_fit(scan: Path, row: "Row", certainty: "Certainty", out: str) -> None:
     from gonio.app import present
+    from gonio.fit.covariance import COVARIANCES
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {scan.name}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
+    if attrs["covariance"] != "robust":
+        terminal.print(f"{attrs['covariance']} covariance: {COVARIANCES[attrs['covariance']]}")
     terminal.print(present.solution_table(row.solution))
-    for line in present.verdict_lines(row):
+    for line in present.verdict_lines(row, certainty):
         terminal.print(line)
+    for answer in certainty.tables():
+        terminal.print(answer)
     terminal.print(present.metrics_table(row.metrics))
     if out:
         terminal.print(f"wrote {out}/")

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fit.covariance import covariance
+from gonio.fit.covariance import DEFAULT, estimator, jacobian, systematic_shift
+from gonio.fit.descent import Tangent
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
 from gonio.fit.solution import Optimum, Solution, Status
@@ -17,20 +18,45 @@ from gonio.measured import dataset
 Values = npt.NDArray[np.float64]
 
 
-def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
+def fit(
+    problem: Problem, solver: Solver | None = None, progress: Progress = silent, covariance: str = DEFAULT
+) -> Solution:
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
+    covariance: `robust` and `scaled` learn the noise from the scatter about the fit, `absolute` takes the uncertainty
+    that the scan states at its word (`fit.covariance`).
     A fit that goes wrong has a status that says so; it raises nothing and hides nothing.
+    Raises ValueError for another covariance, or where the scan does not state what it needs.
     """
     solver = solver or Projection()
+    estimate = estimator(problem, covariance)
     started = time.perf_counter()
     optimum = solver.search(problem, progress)
-    spread = covariance(problem, optimum.vector)
-    seconds = time.perf_counter() - started
-    return _solution(problem, solver, optimum, spread, seconds)
+    slopes = jacobian(problem, optimum.vector)
+    spread = estimate(Tangent(slopes), problem.residual(optimum.vector))
+    pinned = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
+    shift = _systematic(problem, slopes, pinned)
+    found = _solution(problem, optimum, spread, pinned, shift)
+    found.attrs |= {
+        "solver": solver.name,
+        "settings": repr(solver),
+        "seconds": time.perf_counter() - started,
+        "covariance": covariance,
+    }
+    return Solution(found)
 
 
-def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values, seconds: float) -> Solution:
+def _systematic(problem: Problem, slopes: Values, pinned: npt.NDArray[np.bool_]) -> Values:
+    """Shift of the free values by one systematic standard uncertainty; NaN unless the scan states it everywhere."""
+    stated = problem.points.get("uncertainty_systematic")
+    if stated is None or not (stated.values >= 0).all():
+        return np.full(slopes.shape[1], np.nan)
+    return systematic_shift(slopes, problem.error(stated.values), pinned)
+
+
+def _solution(
+    problem: Problem, optimum: Optimum, spread: Values, pinned: npt.NDArray[np.bool_], shift: Values
+) -> xr.Dataset:
     entries = [(entry, label) for entry in problem.entries for label in entry.labels]
     names = [name for entry in problem.entries for name in entry.names]
     free = np.array([entry.held is None for entry, _ in entries])
@@ -39,7 +65,9 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
     full = np.full((len(names), len(names)), np.nan)
     full[np.ix_(free, free)] = spread
     at_bound = np.zeros(len(names), dtype=bool)
-    at_bound[free] = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
+    at_bound[free] = pinned
+    systematic = np.full(len(names), np.nan)
+    systematic[free] = shift
     status = _status(problem, optimum, spread, at_bound)
     text = {
         "name": [entry.name for entry, _ in entries],
@@ -48,33 +76,30 @@ def _solution(problem: Problem, solver: Solver, optimum: Optimum, spread: Values
         "unit": [entry.unit for entry, _ in entries],
     }
     history = optimum.history if optimum.history.ndim == 2 else optimum.history[:, None]
-    return Solution(
-        xr.Dataset(
-            {
-                "value": ("parameter", value),
-                "uncertainty": ("parameter", np.sqrt(np.diag(full))),
-                "at_bound": ("parameter", at_bound),
-                "held": ("parameter", ~free),
-                "covariance": (("parameter", "parameter_b"), full),
-                "history": (("step", "chain"), history),
-            },
-            coords={"parameter": names} | {key: ("parameter", column) for key, column in text.items()},
-            attrs={
-                "model": problem.model.name,
-                "cite": problem.model.cite,
-                "solver": solver.name,
-                "settings": repr(solver),
-                "status": status.value,
-                "cost": optimum.cost,
-                "seconds": seconds,
-                "evaluations": optimum.evaluations,
-                "weighting": problem.weighting,
-                "points": len(problem.measured),
-                "unit": dataset.unit(problem.data),
-                "data_history": problem.data.attrs.get("history", ""),
-                "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
-            },
-        )
+    return xr.Dataset(
+        {
+            "value": ("parameter", value),
+            "uncertainty": ("parameter", np.sqrt(np.diag(full))),
+            "uncertainty_systematic": ("parameter", np.abs(systematic)),
+            "systematic_shift": ("parameter", systematic),
+            "at_bound": ("parameter", at_bound),
+            "held": ("parameter", ~free),
+            "covariance": (("parameter", "parameter_b"), full),
+            "history": (("step", "chain"), history),
+        },
+        coords={"parameter": names} | {key: ("parameter", column) for key, column in text.items()},
+        attrs={
+            "model": problem.model.name,
+            "cite": problem.model.cite,
+            "status": status.value,
+            "cost": optimum.cost,
+            "evaluations": optimum.evaluations,
+            "weighting": problem.weighting,
+            "points": len(problem.measured),
+            "unit": dataset.unit(problem.data),
+            "data_history": problem.data.attrs.get("history", ""),
+            "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
+        },
     )
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fit.descent import descend
 from gonio.fit.problem import Problem
+from gonio.fit.refit import refit
 from gonio.fit.solution import Solution
 from gonio.measured import dataset
 
@@ -16,7 +16,6 @@ Values = npt.NDArray[np.float64]
 Fold = tuple[str, npt.NDArray[np.bool_]]
 
 OUT_OF_PLANE = "out-of-plane"
-SMALLEST = 1e-6  # scale of a value that is zero
 BLOCK = 5.0  # deg: neighbouring directions of a k-fold stay together, because a smooth curve tells its own gaps
 
 
@@ -60,14 +59,12 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     """
     flat = problem.points
     parts = folds(flat, by)
-    found = np.array([solution.values[name] for name in problem.names])
+    found = solution.vector(problem.names)
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:
         _refuse_unseen(problem, name, left)
         shown = replace(problem, data=flat.isel(direction=np.flatnonzero(~left)))
-        scale = np.maximum(np.abs(found), SMALLEST)
-        near = descend(shown.residual, found, shown.lower, shown.upper, scale=scale, last_digits=False)
-        out[left] = problem.brdf(near.point)[left]
+        out[left] = problem.brdf(refit(shown, found).point)[left]
     return out, parts
 
 

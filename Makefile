@@ -8,7 +8,7 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench real-surfaces catalogue figures crosscheck mutation nist lock clean
+.PHONY: demo test check bench real-surfaces catalogue figures crosscheck mutation nist intervals lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -48,6 +48,10 @@ mutation: $(VENV)/.test $(VENV)/.gonio
 # NIST's certified regression problems by the local search of every fit; writes docs/solver-quality.md.
 nist: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/nist.py
+
+# How often stated intervals hold the truth, a quarter of an hour; writes docs/intervals.md and benchmarks/intervals.json.
+intervals: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/intervals.py
 
 # Mitsuba 3 and NIST's SCATMECH, which compiles for minutes, against gonio; rewrites tests/reference/peers.
 PEERS := .venv-peers

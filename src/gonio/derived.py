@@ -107,7 +107,9 @@ def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable
 
 def _albedo(model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
     stored = solution.dataset
-    grouped = [n for n, by in zip(stored["name"].values, stored["by"].values, strict=True) if "theta_i" in by.split(",")]
+    grouped = [
+        n for n, by in zip(stored["name"].values, stored["by"].values, strict=True) if "theta_i" in by.split(",")
+    ]
     refused = f"{grouped[0]} has one value for each theta_i, and none between them" if grouped else ""
     values_of = _values_of(solution, part, float(part["theta_i"].values[0]))
 

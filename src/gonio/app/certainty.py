@@ -1,12 +1,13 @@
 """What a fit is asked besides its values: bootstrap, profiles and derived numbers, as plain data and as tables."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from gonio.app.present import LEVEL, progress_bar, table, uncertain
+from gonio.app.present import LEVEL, figure, progress_bar, table, uncertain
 from gonio.derived import Derived, derived
 from gonio.fit.bootstrap import bca, bootstrap, percentile, refuse_unfit, standard_deviations
 from gonio.fit.problem import Problem
@@ -129,7 +130,8 @@ def _bootstrap_table(drawn: xr.Dataset) -> "Table":
     title = f"bootstrap of {attrs['kind']}, {attrs['draws']} draws, seed {attrs['seed']}"
     out = table("parameter", "standard deviation", f"{percent} by percentiles", f"{percent} by BCa", title=title)
     for name, found in _spreads(drawn).items():
-        out.add_row(name, f"{found['standard_deviation']:.2g}", between(*found["percentile"]), between(*found["bca"]))
+        ends = (between(*found[kind]) if math.isfinite(found[kind][0]) else "–" for kind in ("percentile", "bca"))
+        out.add_row(name, figure(found["standard_deviation"]), *ends)
     return out
 
 

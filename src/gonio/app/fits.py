@@ -176,6 +176,7 @@ def plot_scan(
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
+    band: Annotated[bool, typer.Option("--band", help="shade the 95 % band of every fit")] = False,
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
@@ -195,7 +196,7 @@ def plot_scan(
             data = read_scan(path, blocked, floor, select)
             options = problem_options(data, hold, group, share, bound, weighting, material, wavelength)
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
-    drawn = drawing.draw(figure.value, ranked, normalised=normalised)
+    drawn = drawing.draw(figure.value, ranked, normalised=normalised, banded=band)
     for path in save(drawn, target, suffixes, force):
         present.console().print(f"wrote {path}")
 
@@ -232,10 +233,11 @@ def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", certainty: "Certain
     present.emit_json(present.solution_record(row, certainty), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
     for kind in kinds:
-        save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
+        drawn = drawing.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
+        save(drawn, folder / kind, force=force)
     if certainty.profiles:
-        drawn = profiles(certainty.profiles, row.solution.uncertainties, title=row.model.name)
-        save(drawn, folder / "profiles", force=force)
+        shown = profiles(certainty.profiles, row.solution.uncertainties, title=row.model.name)
+        save(shown, folder / "profiles", force=force)
 
 
 def _show_fit(scan: Path, row: "Row", certainty: "Certainty", out: str) -> None:

@@ -15,7 +15,9 @@ from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, silent
 
 Values = npt.NDArray[np.float64]
-Resampled = tuple[Values | float, Values | float, Values]  # factor and offset of every residual, and how often it counts
+Resampled = tuple[
+    Values | float, Values | float, Values
+]  # factor and offset of every residual, and how often it counts
 
 KINDS = {
     "residual": "wild: every residual keeps its place and its size, and gets a random sign (davidson2008)",
@@ -37,7 +39,8 @@ def bootstrap(
     kind: `residual` keeps the directions, gives each residual of a fit without its point a random sign, and so holds
     for noise that depends on the signal (wu1986, davidson2008); `pairs` draws points, directions with them. Both keep
     the weights of the points. `value` is NaN where a draw left out every point of a group, where a search ran out of
-    steps, and for values that the scan itself does not determine. `estimate` is the solution; `acceleration` is what the BCa interval takes (efron1987).
+    steps, and for values that the scan itself does not determine. `estimate` is the solution; `acceleration` is what
+    the BCa interval takes (efron1987).
     Raises ValueError for another kind, or for too few draws.
     """
     refuse_unfit(kind, draws)
@@ -79,10 +82,13 @@ def percentile(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float,
 
 
 def bca(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]]:
-    """The same, corrected for bias and for a spread that changes with the value (efron1987)."""
+    """The same, corrected for bias and for a spread that changes with the value (efron1987).
+
+    NaN also where draws pile up on the estimate, because that is at a bound.
+    """
     values, estimate = drawn["value"].values, drawn["estimate"].values[:, None]
-    below = np.mean(values < estimate, axis=1) + np.mean(values == estimate, axis=1) / 2
-    bias = ndtri(below)[:, None]
+    piled = np.any(values == estimate, axis=1)
+    bias = ndtri(np.where(piled, np.nan, np.mean(values < estimate, axis=1)))[:, None]
     shifted = bias + ndtri(np.array([0.5 - level / 2, 0.5 + level / 2]))
     with np.errstate(invalid="ignore"):  # all draws on one side leave no interval
         tails = ndtr(bias + shifted / (1 - drawn["acceleration"].values[:, None] * shifted))
@@ -112,7 +118,7 @@ def _wild(plane: Tangent, residual: Values, random: np.random.Generator) -> Iter
 def _pairs(points: int, random: np.random.Generator) -> Iterator[Resampled]:
     while True:
         counts = np.bincount(random.integers(points, size=points), minlength=points)
-        yield np.sqrt(counts), 0.0, counts
+        yield np.sqrt(counts), 0.0, counts.astype(float)
 
 
 def _seen(problem: Problem, counts: Values) -> npt.NDArray[np.bool_]:
@@ -122,7 +128,7 @@ def _seen(problem: Problem, counts: Values) -> npt.NDArray[np.bool_]:
 
 def _acceleration(plane: Tangent, residual: Values) -> Values:
     """Skewness over six of the influence of every point on every value."""
-    influence = (plane.directions @ plane.basis.T) * residual
+    influence = -(plane.directions @ plane.basis.T) * residual  # of a measured value, which the residual subtracts
     squares = np.sum(influence**2, axis=1)
     return np.sum(influence**3, axis=1) / np.where(squares > 0, 6 * squares**1.5, 1.0)
 

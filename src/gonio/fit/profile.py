@@ -1,13 +1,14 @@
 """How much worse the best fit becomes as one value moves: intervals for values that are bounded or skewed."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from gonio.fit.covariance import Estimator, estimator, jacobian
+from gonio.fit.covariance import estimator, jacobian
 from gonio.fit.descent import Tangent
 from gonio.fit.problem import Problem
 from gonio.fit.refit import SMALLEST, refit
@@ -48,7 +49,7 @@ class Profile:
         """What the data allow: `from 30 deg upwards`."""
         unit = f" {label(self.unit)}".rstrip()
         if self.open_below and self.open_above:
-            return "any value"
+            return "at any value"
         if self.open_above:
             return f"from {self.lower:.3g}{unit} upwards"
         if self.open_below:
@@ -74,27 +75,54 @@ def profile(problem: Problem, solution: Solution, name: str, level: float = 0.95
     is the one of `Solution.intervals`.
     Raises ValueError for a name that is not free, or where the profile meets a better fit than the solution.
     """
-    if name not in problem.names:
-        raise ValueError(f"{name!r} is no free value of this fit: choose one of {', '.join(problem.names)}")
-    line = _Line(problem, solution, problem.names.index(name))
+    line = _Minimum(problem, solution).line(name)
     factor = solution.coverage_factor(level)
     below, (lower, open_below) = line.side(-1, factor)
     above, (upper, open_above) = line.side(1, factor)
-    curve = sorted([*below, (line.value, 0.0), *above])
-    at, rise = (np.array(column) for column in zip(*curve, strict=True))
+    curve = dict(sorted([*below, (line.value, 0.0), *above]))
+    at, rise = np.array(list(curve)), np.array(list(curve.values()))
     unit = str(solution.dataset["unit"].sel(parameter=name).item())
     return Profile(name, unit, line.value, level, factor, at, rise, lower, upper, open_below, open_above)
+
+
+def rises(problem: Problem, solution: Solution, at: Mapping[str, float]) -> dict[str, float]:
+    """How many standard uncertainties the best fit is worse than the best of all, with each value in turn held `at`.
+
+    Raises ValueError as `profile` does.
+    """
+    minimum = _Minimum(problem, solution)
+    return {name: minimum.line(name).rise(minimum.best.point, held)[1] for name, held in at.items()}
+
+
+class _Minimum:
+    """The best fit, and the rise of the squared residual that one standard uncertainty of each value is worth there."""
+
+    def __init__(self, problem: Problem, solution: Solution) -> None:
+        self.problem = problem
+        self.best = refit(problem, solution.vector(problem.names))
+        plane, residual = Tangent(jacobian(problem, self.best.point)), problem.residual(self.best.point)
+        estimate = estimator(problem, solution.covariance_kind)
+        variance = np.diag(estimate(plane, residual))
+        told = np.isfinite(variance) & (variance > 0)
+        unscaled = np.sum(plane.directions**2, axis=1)
+        level = Tangent(np.ones((len(residual), 1)))  # a mean of all residuals, whose variance every kind can tell
+        noise = float(estimate(level, residual)[0, 0]) * len(residual)
+        self.scale = np.where(told, variance / np.where(told, unscaled, 1.0), noise)
+        self.sigma = np.where(told, np.sqrt(variance), GUESS * np.maximum(np.abs(self.best.point), SMALLEST))
+
+    def line(self, name: str) -> "_Line":
+        if name not in self.problem.names:
+            raise ValueError(f"{name!r} is no free value of this fit: choose one of {', '.join(self.problem.names)}")
+        return _Line(self, self.problem.names.index(name))
 
 
 class _Line:
     """The best fits along one value, each found from the one before."""
 
-    def __init__(self, problem: Problem, solution: Solution, place: int) -> None:
-        self.problem, self.place = problem, place
-        self.best = refit(problem, solution.vector(problem.names))
+    def __init__(self, minimum: _Minimum, place: int) -> None:
+        self.problem, self.best, self.place = minimum.problem, minimum.best, place
         self.value = float(self.best.point[place])
-        estimate = estimator(problem, solution.covariance_kind)
-        self.scale, self.sigma = _scale(problem, self.best.point, place, estimate)
+        self.scale, self.sigma = float(minimum.scale[place]), float(minimum.sigma[place])
 
     def side(self, sign: int, factor: float) -> tuple[list[tuple[float, float]], tuple[float, bool]]:
         """The curve to one side, and the end of the interval there with whether it is open."""
@@ -104,7 +132,7 @@ class _Line:
             return [], (bound, True)
         for _ in range(FARTHEST):
             at = max(curve[-1][0] - step, bound) if sign < 0 else min(curve[-1][0] + step, bound)
-            before, (near, rise) = near, self._rise(near, at)
+            before, (near, rise) = near, self.rise(near, at)
             curve.append((at, sign * rise))
             if rise > factor:
                 end = self._crossing(before, curve[-2][0], at, factor)
@@ -115,7 +143,7 @@ class _Line:
                 step *= 2
         return curve[1:], (sign * math.inf, True)
 
-    def _rise(self, near: Values, at: float) -> tuple[Values, float]:
+    def rise(self, near: Values, at: float) -> tuple[Values, float]:
         """The best fit with the value held at `at`, and the root of the rise of its cost."""
         start = near.copy()
         start[self.place] = at
@@ -125,20 +153,9 @@ class _Line:
             name = self.problem.names[self.place]
             raise ValueError(
                 f"the profile of {name} met a better fit at {name} = {at:g} than the solution: "
-                "fit again with more searches (--setting searches=16) and profile that"
+                "fit again with more searches (projection: --setting searches=16) and profile that"
             )
         return end.point, math.sqrt(max(squared, 0.0))
 
     def _crossing(self, near: Values, inside: float, outside: float, factor: float) -> float:
-        return float(brentq(lambda at: self._rise(near, at)[1] - factor, inside, outside, rtol=1e-6))
-
-
-def _scale(problem: Problem, point: Values, place: int, estimate: Estimator) -> tuple[float, float]:
-    """The rise of the squared residual that one standard uncertainty is worth, and a first guess of that uncertainty."""
-    plane, residual = Tangent(jacobian(problem, point)), problem.residual(point)
-    unscaled = float(np.sum(plane.directions[place] ** 2))
-    variance = float(estimate(plane, residual)[place, place])
-    if np.isfinite(variance) and variance > 0:
-        return variance / unscaled, math.sqrt(variance)
-    level = Tangent(np.ones((len(residual), 1)))  # a mean of all residuals, whose variance every kind can tell
-    return float(estimate(level, residual)[0, 0]) * len(residual), max(abs(point[place]), SMALLEST) * GUESS
+        return float(brentq(lambda at: self.rise(near, at)[1] - factor, inside, outside, rtol=1e-6))

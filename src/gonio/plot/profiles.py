@@ -35,11 +35,15 @@ def profiles(found: Sequence[Profile], uncertainties: Mapping[str, float], *, ti
 
 
 def _draw(ax: "Axes", one: Profile, uncertainty: float) -> None:
+    from scipy.interpolate import PchipInterpolator
+
     low, high = one.at[0], one.at[-1]
     ax.axvspan(max(one.lower, low), min(one.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
-    ax.plot(one.at, one.rise**2, color=COLOURS[0], marker=".", markersize=4, linewidth=1.5, label="profile")
+    fine = np.linspace(low, high, 201)
+    smooth = PchipInterpolator(one.at, one.rise)(fine) if low < high else np.zeros_like(fine)
+    ax.plot(fine, smooth**2, color=COLOURS[0], linewidth=1.5, label="profile")
+    ax.plot(one.at, one.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
     if np.isfinite(uncertainty):
-        fine = np.linspace(low, high, 101)
         parabola = ((fine - one.value) / uncertainty) ** 2
         ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
     ax.axhline(one.factor**2, color="0.4", linewidth=0.8, label=f"{100 * one.level:g} % level")

@@ -23,9 +23,8 @@ Curve = Callable[[Values, Values], Values]  # all values of the fit and signed t
 
 RELATIVE = "the data are relative: without a calibration there is no reflectance"
 NARROW = "a lobe is too narrow for the quadrature: gonio check --samples draws directions instead"
-SAME = 1e-3  # relative difference of two quadratures that both hold
-COARSER = 0.7  # of the nodes: the second quadrature
-NODES_OF_ALBEDO = 96
+NODES = (48, 96, 200)  # of quadratures, each tried where the one before depends on its nodes
+COARSER, SAME = 0.7, 1e-4  # a quadrature holds if with so few of its nodes it differs by no more, relative
 FINE = 0.05  # deg: grid on which a peak and its half are looked for
 
 
@@ -93,7 +92,7 @@ def _at_incidence(
     def curve(values: Values, theta_r: Values) -> Values:
         return np.asarray(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), values_of(values)))
 
-    yield _integral("reflectance", where, model, solution, reflectance, 200)
+    yield _integral("reflectance", where, model, solution, reflectance)
     yield from _peak(where, model, solution, curve, part)
 
 
@@ -116,7 +115,7 @@ def _albedo(model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str
     def albedo(values: Values, nodes: int) -> float:
         return bihemispherical_reflectance(lambda g: np.asarray(model(g, values_of(values))), nodes)
 
-    return _integral("albedo", key, model, solution, albedo, NODES_OF_ALBEDO, refused)
+    return _integral("albedo", key, model, solution, albedo, refused)
 
 
 def _integral(
@@ -125,7 +124,6 @@ def _integral(
     model: Model,
     solution: Solution,
     integral: Callable[[Values, int], float],
-    nodes: int,
     refused: str = "",
 ) -> Derived:
     """A reflectance, unless the data are relative or the quadrature depends on its nodes."""
@@ -134,8 +132,9 @@ def _integral(
     if refused:
         return Derived(name, where, "1", why=refused)
     values = solution.dataset["value"].values
-    finer, coarser = (integral(values, int(n)) for n in (nodes, COARSER * nodes))
-    if not abs(finer - coarser) <= SAME * abs(finer):
+    enough = (n for n in NODES if math.isclose(integral(values, n), integral(values, int(COARSER * n)), rel_tol=SAME))
+    nodes = next(enough, None)
+    if nodes is None:
         return Derived(name, where, "1", why=NARROW)
     found = propagate(model, solution, lambda values: np.array([integral(values, nodes)]))
     return Derived(name, where, "1", float(found.value[0]), float(found.uncertainty[0]), float(found.systematic[0]))

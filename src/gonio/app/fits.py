@@ -86,6 +86,7 @@ def fit_scan(
     from gonio.app import arguments, present
     from gonio.app.certainty import Question, ask
     from gonio.compare import assess
+    from gonio.files import refuse_existing
     from gonio.fit import fit
 
     data = read_scan(scan, blocked, floor, select)
@@ -93,6 +94,8 @@ def fit_scan(
     problem = Problem(catalogue[model], data, **options)
     question = Question(bootstrap, resample, seed, profile, derived)
     question.refuse_unfit(problem)
+    if out:
+        refuse_existing(Path(out), force)
     with present.progress_bar(f"fitting {model}") as progress:
         row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress, covariance))
     certainty = ask(problem, row.solution, question)
@@ -221,12 +224,10 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
 
 def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", certainty: "Certainty", force: bool) -> None:
     from gonio.app import drawing, present
-    from gonio.files import refuse_existing
     from gonio.fit.bootstrap import kept
     from gonio.plot.profiles import profiles
     from gonio.plot.style import save
 
-    refuse_existing(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
     solution = row.solution if certainty.drawn is None else kept(row.solution, certainty.drawn)
     solution.save(folder / "solution.nc", force)

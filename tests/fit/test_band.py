@@ -55,7 +55,7 @@ def test_a_scale_error_scales_predictions(weighting):
 
 
 def test_what_is_not_determined_spreads_only_to_what_needs_it():
-    """The kd of an angle with one point has no uncertainty, nor has a prediction there; elsewhere the band is finite."""
+    """The kd of an angle with one point has no uncertainty, nor a prediction there; elsewhere the band is finite."""
     flat = points(scan())
     lone = flat.isel(
         direction=np.flatnonzero((flat["theta_i"].values < 50) | (np.arange(flat.sizes["direction"]) == 70))

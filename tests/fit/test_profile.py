@@ -7,6 +7,7 @@ from gonio import Problem, catalogue, simulate
 from gonio.fit import fit
 from gonio.fit.identifiability import verdicts
 from gonio.fit.profile import between, profile, rises
+from gonio.measured.dataset import make_scan
 
 THETA_R = np.arange(-75, 76, 3.0)
 
@@ -114,6 +115,9 @@ def test_refusals(broad):
         profile(*broad, "rho")
     with pytest.raises(ValueError, match="between 0 and 1"):
         profile(*broad, "kid", level=95)
+    flat = Problem(catalogue["lambert"], make_scan([10.0, 10, 10], [0.0, 20, 40], [0.25] * 3))
+    with pytest.raises(ValueError, match="no scatter is left about the fit"):
+        profile(flat, fit(flat, covariance="scaled"), "rho")
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ Values = npt.NDArray[np.float64]
 
 STEP = 0.25  # of the coverage factor: how far the rise should grow from one fit to the next
 GUESS = 0.1  # of a value whose standard uncertainty is infinite
+ROUNDING = 1e-20  # of the mean squared measurement: a variance of residuals that is arithmetic alone
 FARTHEST = 60  # fits on one side at most; steps that gain little double, so that this reaches any scale
 BETTER = 1e-3  # squared rise below zero, from which another minimum is better and no rounding
 
@@ -73,7 +74,8 @@ def profile(problem: Problem, solution: Solution, name: str, level: float = 0.95
     The rise is measured in the solution's own kind of covariance: scaled so that it grows near the minimum as that
     standard uncertainty says (royall2003), as residuals scatter where that is infinite. For a linear model the interval
     is the one of `Solution.intervals`.
-    Raises ValueError for a name that is not free, or where the profile meets a better fit than the solution.
+    Raises ValueError for a name that is not free, for a fit that leaves no scatter, or where the profile meets a better
+    fit than the solution.
     """
     line = _Minimum(problem, solution).line(name)
     factor = solution.coverage_factor(level)
@@ -113,7 +115,10 @@ class _Minimum:
     def line(self, name: str) -> "_Line":
         if name not in self.problem.names:
             raise ValueError(f"{name!r} is no free value of this fit: choose one of {', '.join(self.problem.names)}")
-        return _Line(self, self.problem.names.index(name))
+        place = self.problem.names.index(name)
+        if not self.scale[place] > ROUNDING * self.problem.scale / len(self.problem.measured):
+            raise ValueError(f"no scatter is left about the fit, which would tell how far {name} may move")
+        return _Line(self, place)
 
 
 class _Line:

@@ -148,9 +148,8 @@ class Solution:
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Values, uncertainties and units as plain data, grouped parameters under `by` and `values`."""
         out: dict[str, dict[str, Any]] = {}
-        told = {"value", "uncertainty"} | ({"uncertainty_systematic"} if self.has_systematic else set())
+        columns = ["value", "uncertainty"] + ["uncertainty_systematic"] * self.has_systematic
         for name, part in self._by_name():
-            columns = [n for n in ("value", "uncertainty", "uncertainty_systematic") if n in told]
             pairs = [
                 dict(zip(columns, row, strict=True))
                 for row in zip(*(part[n].values.tolist() for n in columns), strict=True)

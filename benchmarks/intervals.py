@@ -161,8 +161,8 @@ interval of one parameter comes out at 94 to 96 in two of three rows, because {S
 ## Reading it
 
 - **robust**, the default, learns the noise from the scatter about the fit, point by point (HC3). It needs not know how
-  the noise depends on the signal. Where a dozen points determine a value, that is few to learn from, and it says so by
-  a little too wide or too narrow an interval.
+  the noise depends on the signal. Where few points determine a value, as the specular weight at 50 deg, that is little
+  to learn from, and its intervals are a little too narrow.
 - **scaled** is the textbook's s² (J'J)⁻¹. It holds for constant noise. Under proportional noise the peak scatters more
   than the mean of all points, and the intervals of what the peak determines are too narrow, those of the rest too wide.
 - **absolute** takes the uncertainty that the scan states at its word. Here that is the truth, so it has to hold.

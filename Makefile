@@ -49,7 +49,7 @@ mutation: $(VENV)/.test $(VENV)/.gonio
 nist: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/nist.py
 
-# How often stated intervals hold the truth, a quarter of an hour; writes docs/intervals.md and benchmarks/intervals.json.
+# How often stated intervals hold the truth, half an hour; writes docs/intervals.md and benchmarks/intervals.json.
 intervals: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/intervals.py
 

@@ -198,8 +198,8 @@ is a fit; {RESAMPLED} scans scatter by 1.5, and the last column is the robust co
   than the mean of all points, and the intervals of what the peak determines are too narrow, those of the rest too wide.
 - **absolute** takes the uncertainty that the scan states at its word. Here that is the truth, so it has to hold.
 - **profile** is the profile likelihood at the level of the robust covariance.
-- **bootstrap**: so few draws know their own percentiles badly, and intervals between them end a little short, BCa more
-  so because it needs the bias as well. Take 500 draws or more, and the covariance or the profile where they will do.
+- **bootstrap**: residuals and their signs make up for leverage as the robust covariance does. Pairs do not, and end
+  short where few points determine a value. BCa needs the bias as well, which so few draws know badly.
 """
 
 

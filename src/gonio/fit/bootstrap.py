@@ -134,10 +134,11 @@ def _acceleration(plane: Tangent, residual: Values) -> Values:
 
 
 def _quantiles(drawn: xr.Dataset, tails: Values) -> dict[str, tuple[float, float]]:
+    """Quantiles beyond which another draw lies as often as the tails say, however few the draws."""
     rows = zip(drawn["parameter"].values.tolist(), drawn["value"].values, tails, strict=True)
     out = {}
     for name, values, ends in rows:
         told = bool(np.isfinite(values).all() and np.isfinite(ends).all())
-        low, high = np.quantile(values, ends).tolist() if told else (np.nan, np.nan)
+        low, high = np.quantile(values, ends, method="weibull").tolist() if told else (np.nan, np.nan)
         out[name] = (low, high)
     return out

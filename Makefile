@@ -8,7 +8,8 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral lock clean
+.PHONY: demo test check bench bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral intervals \
+	lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -56,6 +57,10 @@ nist: $(VENV)/.gonio
 # Smooth spectral fits against free ones, and fits of many shape values; writes docs/spectral-fits.md.
 spectral: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/spectral.py
+
+# How often stated intervals hold the truth, half an hour; writes docs/intervals.md and benchmarks/intervals.json.
+intervals: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/intervals.py
 
 # Mitsuba 3 and NIST's SCATMECH, which compiles for minutes, against gonio; rewrites tests/reference/peers.
 PEERS := .venv-peers

@@ -18,6 +18,7 @@ ROUNDING = 1e-6  # |ln ratio| of exchanged directions that arithmetic alone can 
 QUADRATURE = 1e-3  # excess of a reflectance over 1 that the quadrature alone can leave
 PAIRS = 4_000  # exchanged directions that a model is tried on
 STEEPEST = 85.0  # deg: quasi-random directions stay this side of grazing, where models diverge by design
+INCIDENCES = 20  # nodes over the incidence angle of uniform light
 FURNACE_ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 
 
@@ -77,6 +78,17 @@ def hemispherical_reflectance(brdf: Brdf, theta_i: float, nodes: int = 200) -> f
     f = np.asarray(brdf(Geometry.from_degrees(np.full_like(theta_r, theta_i), theta_r, phi)))
     r = np.radians(theta_r)
     return float(np.sum(weights * f * np.cos(r) * np.sin(r)))
+
+
+def bihemispherical_reflectance(brdf: Brdf, nodes: int = 200) -> float:
+    """Reflectance under light that is uniform over the hemisphere (white-sky albedo), in the unit of f times sr.
+
+    Gauss-Legendre quadrature in theta_i over `hemispherical_reflectance` with so many nodes.
+    """
+    x, w = np.polynomial.legendre.leggauss(INCIDENCES)
+    cosines_squared = (x + 1) / 2  # by which uniform light arrives evenly
+    angles = np.degrees(np.arccos(np.sqrt(cosines_squared)))
+    return float(sum(w / 2 * [hemispherical_reflectance(brdf, angle, nodes) for angle in angles]))
 
 
 def of_scan(scan: xr.Dataset) -> list[Verdict]:

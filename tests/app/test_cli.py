@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import Instrument, catalogue, join, published, simulate, write
+from gonio import Instrument, Solution, catalogue, join, published, simulate, write
 from gonio.app.cli import main
 
 SCRIPT = Path(sys.executable).with_name("gonio")
@@ -224,6 +224,60 @@ def test_fit_writes_its_results(run, scan_file, tmp_path):
     assert run(*command, "--force")[0] == 0
 
 
+@pytest.fixture
+def calibrated_file(tmp_path):
+    """A scan in 1/sr whose uncertainty has a random and a systematic part."""
+    values = {"ks": 0.3, "kd": 0.05, "sigma": 0.2}
+    scan = simulate(catalogue["torrance-sparrow"], values, [10.0, 40], np.arange(-75, 76, 5.0), noise=0.02, seed=1)
+    scan["uncertainty_systematic"] = ("direction", 0.03 * scan["brdf"].values, {"units": "sr-1"})
+    path = tmp_path / "calibrated.csv"
+    write(scan, path)
+    return path
+
+
+def test_fit_says_how_sure_it_is(run, calibrated_file, tmp_path):
+    """Every question about uncertainty at once, in JSON, in tables and in the written files."""
+    out = tmp_path / "results"
+    questions = ("--bootstrap", "30", "--resample", "pairs", "--seed", "4", "--profile", "sigma,kd", "--derived")
+    common = ("fit", calibrated_file, "--model", "torrance-sparrow", "--covariance", "absolute")
+    found = as_json(run, *common, *questions)
+    assert found["covariance"] == "absolute"
+    kd = found["parameters"]["kd"]
+    assert kd["uncertainty_systematic"] == pytest.approx(0.03 * kd["value"], rel=1e-4)
+    low, high = found["intervals"]["kd"]
+    assert (high - low) / 2 == pytest.approx(1.96 * kd["uncertainty"], rel=1e-4)
+    assert found["intervals"]["level"] == 0.95
+    drawn = found["bootstrap"]
+    assert (drawn["kind"], drawn["draws"], drawn["seed"]) == ("pairs", 30, 4)
+    assert set(drawn["parameters"]["sigma"]) == {"standard_deviation", "percentile", "bca"}
+    assert set(found["profiles"]) == {"sigma", "kd"}
+    one = found["profiles"]["sigma"]
+    assert one["lower"] < found["parameters"]["sigma"]["value"] < one["upper"]
+    assert len(one["at"]) == len(one["rise"])
+    assert "; the data allow sigma from" in found["verdicts"]["sigma"]["words"]
+    albedo = next(n for n in found["derived"] if n["name"] == "albedo")
+    assert albedo["systematic"] == pytest.approx(0.03 * albedo["value"], rel=1e-4)
+    code, text, _ = run(*common, *questions, "--out", out)
+    assert code == 0
+    for part in ("absolute covariance", "random ± systematic", "bootstrap of pairs", "profile likelihood", "albedo"):
+        assert part in text
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+    assert {"profiles.png", "profiles.svg"} <= {path.name for path in out.iterdir()}
+    assert json.loads((out / "fit.json").read_text())["bootstrap"] == drawn
+    assert Solution.load(out / "solution.nc").dataset.sizes["draw"] == 30
+
+
+def test_grouped_values_are_profiled_together(run, scan_file):
+    """A grouped parameter stands for all of its groups; without questions the answers are not in the record."""
+    common = ("fit", scan_file, "--model", "cauchy-lorentz", "--group", "ks=theta_i", "--hold", "gamma=47")
+    assert list(as_json(run, *common, "--profile", "ks,kid")["profiles"]) == ["ks[30]", "ks[40]", "ks[50]", "kid"]
+    plain = as_json(run, *common)
+    assert not {"bootstrap", "profiles", "derived"} & set(plain)
+    assert plain["covariance"] == "robust"
+    relative = run(*common, "--derived")[1]
+    assert "no reflectance at theta_i 30, 40, 50 deg, albedo: the data are relative" in " ".join(relative.split())
+
+
 def test_compare_json(run, scan_file):
     names = "torrance-sparrow,wang-2016,cauchy-lorentz"
     (found,) = as_json(run, "compare", scan_file, "--models", names, "--group", "ks=theta_i")
@@ -367,6 +421,11 @@ def test_bad_input_is_one_line_and_exit_code_1(run, tmp_path, monkeypatch, case,
         (("fit", "SCAN", "--model", "lambert", "--bound", "rho=1"), "lower:upper"),
         (("fit", "SCAN", "--model", "lambert", "--weighting", "loud"), "uniform, relative"),
         (("compare", "SCAN", "--workers", "-1"), "at least 1, and is -1"),
+        (("fit", "SCAN", "--model", "lambert", "--covariance", "bayes"), "robust, scaled, absolute"),
+        (("fit", "SCAN", "--model", "lambert", "--bootstrap", "3"), "at least 20"),
+        (("fit", "SCAN", "--model", "lambert", "--bootstrap", "50", "--resample", "x"), "residual, pairs"),
+        (("fit", "SCAN", "--model", "lambert", "--profile", "gamma"), "there are rho"),
+        (("plot", "SCAN", "--models", "lambert", "--band", "--normalised"), "leave out --band"),
         (("compare", "SCAN", "--rank", "r2"), "delta, E, nrmse, log10_rmse"),
         (("plot", "SCAN", "--figure", "convergence"), "--solver anneal"),
     ],

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from numpy import arctan, cos, exp, pi, sin
 
-from gonio.fit.covariance import classic
+from gonio.fit.covariance import scaled
 from gonio.fit.descent import Tangent, derivative, descend
 
 Values = npt.NDArray[np.float64]
@@ -129,7 +129,7 @@ def digits(found: Values, certified: Values) -> float:
 def solve(problem: Certified, start: int) -> tuple[float, float, int]:
     """Matching digits of values and of standard deviations, and evaluations; the same settings for every problem."""
     end = descend(problem.residual, problem.starts[start])
-    spread = classic(Tangent(derivative(problem.residual, end.point)), problem.residual(end.point))
+    spread = scaled(Tangent(derivative(problem.residual, end.point)), problem.residual(end.point))
     return digits(end.point, problem.values), digits(np.sqrt(np.diag(spread)), problem.deviations), end.evaluations
 
 

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 from PIL import Image
@@ -16,14 +17,22 @@ from gonio.app.drawing import draw, draw_model, predictors
 from gonio.app.evaluation import surface
 from gonio.compare import rank
 from gonio.fit import Anneal
+from gonio.fit.band import band
+from gonio.fit.profile import Profile
 from gonio.measured.dataset import make_scan
 from gonio.plot.curves import curves
 from gonio.plot.error_bars import error_bars
 from gonio.plot.hemisphere import hemisphere
 from gonio.plot.panels import panel_curves
+from gonio.plot.profiles import profiles
 from gonio.plot.spectra import spectra
 from gonio.plot.style import COLOURS, save
 
+AT, RISE = np.array([30.0, 40.0, 50.0, 70.0, 90.0]), np.array([-3.0, -1.0, 0.0, 1.5, 3.0])
+PROFILES = [
+    Profile(name, unit, 50.0, 0.95, 2.0, AT, RISE, 35.0, 76.0, False, False)
+    for name, unit in (("gamma", "deg"), ("kid", "a.u."), ("ks", "1"), ("kdd", "sr-1"), ("kd", "sr-1"))
+]
 NAMES = ("torrance-sparrow", "wang-2016", "cauchy-lorentz")
 
 
@@ -60,6 +69,8 @@ def figures(ranked, spectral):
     )
     yield "errors", draw("errors", ranked | {"Al again": ranked["Al"]})
     yield "spectra", draw("spectra", spectral)
+    yield "bands", draw("curves", ranked, banded=True)
+    yield "profiles", profiles(PROFILES, {"gamma": 9.0, "kid": 2.0, "ks": np.inf, "kdd": 1.0, "kd": 1.0}, title="Al")
     yield "normalised", curves(scan, predictors(rows), title="Al", normalised=True)
     polarised = surface(catalogue["priest-mueller"], {"ks": 1.0, "kd": 0.05, "sigma": 0.3}, "")
     for kind in ("curves", "hemisphere", "dolp"):
@@ -236,6 +247,36 @@ def test_refusals(ranked):
     apart = {name: (part, rank(part, [catalogue["lambert"]])) for name, part in parts.items()}
     with pytest.raises(ValueError, match="no incidence angle in common"):
         draw("errors", apart)
+
+
+def test_bars_and_bands_are_what_is_stated(ranked):
+    """Bars reach one standard uncertainty from each point, the band the coverage factor times that of the fit."""
+    scan, rows = ranked["Al"]
+    best = {"Al": (scan, [row for row in rows if row.model.name == "cauchy-lorentz"])}
+    ax = draw("curves", best, banded=True).axes[0]
+    (bars,) = (c for c in ax.collections if isinstance(c, LineCollection))
+    curve = panel_curves(scan)[0][0]
+    reach = [segment[1, 1] - segment[0, 1] for segment in bars.get_segments()]
+    np.testing.assert_allclose(reach, 2 * curve.points["uncertainty"].values, rtol=1e-9)
+    (shade,) = (c for c in ax.collections if isinstance(c, PolyCollection) and not isinstance(c, LineCollection))
+    (row,) = best["Al"][1]
+    shown = band(row.model, row.solution, curve.fine)
+    top = (shown["brdf"] + row.solution.coverage_factor(0.95) * shown["uncertainty"]).max()
+    assert shade.get_datalim(ax.transData).y1 == pytest.approx(float(top))
+    with pytest.raises(ValueError, match="leave out --band"):
+        draw("residuals", best, banded=True)
+
+
+def test_a_profile_meets_its_level_at_the_ends():
+    ax = profiles(PROFILES[:1], {"gamma": 9.0}).axes[0]
+    curve = next(line for line in ax.lines if line.get_label() == "profile")
+    level = next(line for line in ax.lines if line.get_label() == "95 % level").get_ydata()[0]
+    assert level == 4.0
+    at, rise = curve.get_data()
+    assert np.interp(30.0, at, rise) == 9.0
+    assert rise.min() == pytest.approx(0, abs=1e-3)
+    parabola = next(line for line in ax.lines if line.get_label() == "standard uncertainty")
+    np.testing.assert_allclose(parabola.get_ydata(), ((parabola.get_xdata() - 50) / 9) ** 2)
 
 
 def test_error_bars_stack():

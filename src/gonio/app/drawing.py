@@ -8,7 +8,9 @@ import numpy as np
 import xarray as xr
 
 from gonio.app.evaluation import Surface
+from gonio.app.present import LEVEL
 from gonio.compare import METRICS, Row, parts, predict
+from gonio.fit.band import band
 from gonio.fit.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
@@ -22,6 +24,7 @@ from gonio.plot.model_curves import model_curves
 from gonio.plot.polarisation import polarisation
 from gonio.plot.residuals import residuals
 from gonio.plot.spectra import SPECTRAL, spectra
+from gonio.plot.style import Band
 from gonio.polarisation import reflected
 
 if TYPE_CHECKING:
@@ -31,17 +34,23 @@ Ranked = Mapping[str, tuple[xr.Dataset, Sequence[Row]]]
 MOST_PANELS = 4
 
 
-def draw(kind: str, ranked: Ranked, normalised: bool = False) -> "Figure":
+def draw(kind: str, ranked: Ranked, normalised: bool = False, banded: bool = False) -> "Figure":
     """One figure of scans with the models fitted to them, the best first; only `errors` takes several scans.
 
+    normalised, banded: for `curves`, over their specular value or with 95 % bands.
     Raises ValueError where the figure cannot show what it was given.
     """
+    if banded and (normalised or kind != "curves"):
+        raise ValueError("bands are drawn on curves that are not normalised: leave out --band, or the other option")
     if kind == "errors":
         return _errors(ranked)
     if len(ranked) > 1:
         raise ValueError(f"{kind} shows one scan: give one, or draw errors")
     (name, (scan, rows)), *_ = ranked.items()
-    return _DRAWINGS[kind](name, scan, rows, normalised)
+    if kind == "curves":
+        shaded = bands(rows) if banded else {}
+        return curves(scan, predictors(rows), title=name, normalised=normalised, bands=shaded)
+    return _DRAWINGS[kind](name, scan, rows)
 
 
 def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:
@@ -50,27 +59,34 @@ def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:
     return {row.model.name: partial(predict, row.model, row.solution) for row in ordered}
 
 
-def _curves(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
-    return curves(scan, predictors(rows), title=name, normalised=normalised)
+def bands(rows: Sequence[Row]) -> dict[str, Band]:
+    """A function of directions for the 95 % band of each fit."""
+
+    def ends(row: Row, points: xr.Dataset) -> tuple[Any, Any]:
+        found = band(row.model, row.solution, points)
+        reach = row.solution.coverage_factor(LEVEL) * found["uncertainty"].values
+        return found["brdf"].values - reach, found["brdf"].values + reach
+
+    return {row.model.name: partial(ends, row) for row in rows}
 
 
-def _residuals(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+def _residuals(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     return residuals(scan, predictors(rows), title=name)
 
 
-def _components(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+def _components(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     best = rows[0]
     return components(scan, best.model, partial(parts, best.model, best.solution), title=f"{name}: {best.model.name}")
 
 
-def _convergence(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+def _convergence(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     histories = {row.model.name: row.solution.dataset["history"].values for row in rows}
     if max(len(h) for h in histories.values()) < 2:
         raise ValueError("an exact solution has no course to draw: add --solver anneal")
     return convergence(histories, title=name)
 
 
-def _hemisphere(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+def _hemisphere(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     best, flat = rows[0], dataset.points(scan)
     angles = np.unique(flat["theta_i"].values)
     chosen = angles[np.unique(np.linspace(0, len(angles) - 1, MOST_PANELS).round().astype(int))]
@@ -86,7 +102,7 @@ def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
     return model(geometry, values)
 
 
-def _spectra(name: str, scan: xr.Dataset, rows: Sequence[Row], normalised: bool) -> "Figure":
+def _spectra(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     ordered = sorted(rows, key=lambda row: row.model.name)
     return spectra({row.model.name: row.solution.parameters() for row in ordered}, title=name)
 
@@ -135,8 +151,7 @@ def _light(model: Model, values: Mapping[str, float], stokes: Sequence[float], g
     return reflected(np.asarray(model.mueller(geometry, values)), stokes)
 
 
-_DRAWINGS: Mapping[str, Callable[[str, xr.Dataset, Sequence[Row], bool], "Figure"]] = {
-    "curves": _curves,
+_DRAWINGS: Mapping[str, Callable[[str, xr.Dataset, Sequence[Row]], "Figure"]] = {
     "residuals": _residuals,
     "components": _components,
     "convergence": _convergence,

@@ -8,8 +8,11 @@ import typer
 
 from gonio.app.options import (
     Blocked,
+    Bootstrap,
     Bound,
     ConeStep,
+    CovarianceKind,
+    Derive,
     DetectorHalfAngle,
     Floor,
     Force,
@@ -21,6 +24,8 @@ from gonio.app.options import (
     ModelName,
     Models,
     NoiseFloor,
+    ProfileOf,
+    Resample,
     Scans,
     Seed,
     Select,
@@ -43,6 +48,7 @@ from gonio.app.terminal import app
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gonio.app.certainty import Certainty
     from gonio.compare import Row
     from gonio.fit.outliers import Scrutiny
 
@@ -85,6 +91,11 @@ def fit_scan(
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
+    covariance: CovarianceKind = "robust",
+    bootstrap: Bootstrap = 0,
+    resample: Resample = "residual",
+    profile: ProfileOf = "",
+    derived: Derive = False,
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="write the solution, its JSON and figures")] = "",
     json: Json = "",
     force: Force = False,
@@ -92,7 +103,9 @@ def fit_scan(
     """Fit one model to a scan, or to several jointly: values, uncertainties, metrics."""
     from gonio import Problem, catalogue
     from gonio.app import arguments, present
+    from gonio.app.certainty import Question, ask
     from gonio.compare import assess
+    from gonio.files import refuse_existing
     from gonio.fit import fit
     from gonio.fit.outliers import scrutinise
 
@@ -102,15 +115,19 @@ def fit_scan(
         data, hold, group, share, smooth, bound, weighting, noise_floor, loss, material, wavelength, cones
     )
     problem = Problem(catalogue[model], data, **options)
-    with present.progress_bar(f"fitting {model}") as progress:
-        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress))
-    scrutiny = scrutinise(problem, [row.solution.values[name] for name in problem.names])
+    question = Question(bootstrap, resample, seed, profile, derived)
+    question.refuse_unfit(problem)
     if out:
-        _write_fit(Path(out), data, row, scrutiny, force)
+        refuse_existing(Path(out), force)
+    with present.progress_bar(f"fitting {model}") as progress:
+        row = assess(problem, fit(problem, arguments.solver(solver, seed, setting), progress, covariance))
+    scrutiny, certainty = scrutinise(problem, row.solution.vector(problem.names)), ask(problem, row.solution, question)
+    if out:
+        _write_fit(Path(out), data, row, scrutiny, certainty, force)
     if json:
-        present.emit_json(present.solution_record(row, scrutiny), json, force)
+        present.emit_json(present.solution_record(row, scrutiny, certainty), json, force)
     if json != "-":
-        _show_fit(scans, row, scrutiny, out)
+        _show_fit(scans, row, scrutiny, certainty, out)
 
 
 @app.command("compare")
@@ -204,6 +221,7 @@ def plot_scan(
     setting: Setting = [],  # noqa: B006
     seed: Seed = 0,
     normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
+    band: Annotated[bool, typer.Option("--band", help="shade the 95 % band of every fit")] = False,
     blocked: Blocked = 0.0,
     floor: Floor = "",
     select: Select = [],  # noqa: B006
@@ -226,7 +244,7 @@ def plot_scan(
                 data, hold, group, share, smooth, bound, weighting, noise_floor, loss, material, wavelength, cones
             )
             ranked[path.stem] = (data, rank(data, chosen, solver=search, progress=progress, **options))
-    drawn = drawing.draw(figure.value, ranked, normalised=normalised)
+    drawn = drawing.draw(figure.value, ranked, normalised=normalised, banded=band)
     for path in save(drawn, target, suffixes, force):
         present.console().print(f"wrote {path}")
 
@@ -253,23 +271,31 @@ def _ranking_record(path: Path, rows: "list[Row]") -> dict[str, Any]:
     return {"scan": str(path), "ranking": ranking}
 
 
-def _write_fit(folder: Path, data: "xr.Dataset", row: "Row", scrutiny: "Scrutiny", force: bool) -> None:
+def _write_fit(
+    folder: Path, data: "xr.Dataset", row: "Row", scrutiny: "Scrutiny", certainty: "Certainty", force: bool
+) -> None:
     from gonio.app import drawing, present
-    from gonio.files import refuse_existing
+    from gonio.fit.bootstrap import kept
+    from gonio.plot.profiles import profiles
     from gonio.plot.style import save
 
-    refuse_existing(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
-    row.solution.save(folder / "solution.nc", force)
-    present.emit_json(present.solution_record(row, scrutiny), str(folder / "fit.json"), force)
+    solution = row.solution if certainty.drawn is None else kept(row.solution, certainty.drawn)
+    solution.save(folder / "solution.nc", force)
+    present.emit_json(present.solution_record(row, scrutiny, certainty), str(folder / "fit.json"), force)
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (row.solution.dataset.attrs["solver"] == "anneal")
     kinds += ["spectra"] * drawing.has_spectra(row.solution)
     for kind in kinds:
-        save(drawing.draw(kind, {row.model.name: (data, [row])}), folder / kind, force=force)
+        drawn = drawing.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
+        save(drawn, folder / kind, force=force)
+    if certainty.profiles:
+        shown = profiles(certainty.profiles, row.solution.uncertainties, title=row.model.name)
+        save(shown, folder / "profiles", force=force)
 
 
-def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", out: str) -> None:
+def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", certainty: "Certainty", out: str) -> None:
     from gonio.app import fitted_values, present, provisos
+    from gonio.fit.covariance import COVARIANCES
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
@@ -279,10 +305,14 @@ def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", out: str) -> 
         terminal.print(line)
     for line in fitted_values.smooth_lines(row):
         terminal.print(line)
+    if attrs["covariance"] != "robust":
+        terminal.print(f"{attrs['covariance']} covariance: {COVARIANCES[attrs['covariance']]}")
     for part in fitted_values.solution_tables(row.solution):
         terminal.print(part)
-    for line in (*present.verdict_lines(row), *provisos.outlier_lines(scrutiny)):
+    for line in (*present.verdict_lines(row, certainty), *provisos.outlier_lines(scrutiny)):
         terminal.print(line)
+    for answer in certainty.tables():
+        terminal.print(answer)
     terminal.print(present.metrics_table(row.metrics))
     if out:
         terminal.print(f"wrote {out}/")

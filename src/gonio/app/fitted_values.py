@@ -1,5 +1,6 @@
 """The values of a fit as tables, whatever their number."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -20,23 +21,24 @@ COORDINATE_UNITS = {"theta_i": "deg", "theta_r": "deg", "phi": "deg", "wavelengt
 def solution_tables(solution: "Solution") -> "Iterator[Table]":
     """Every value with its uncertainty; parameters of many groups in tables of one row a group."""
     parameters = solution.parameters()
+    parts = "random ± systematic" if solution.has_systematic else "standard uncertainty"
     long = {name: p for name, p in parameters.items() if len(p.get("values", ())) > MOST_GROUPS}
     if len(long) < len(parameters):
-        yield _listed({name: p for name, p in parameters.items() if name not in long})
+        yield _listed({name: p for name, p in parameters.items() if name not in long}, parts)
     for by in dict.fromkeys(p["by"] for p in long.values()):
         names = [name for name, p in long.items() if p["by"] == by]
         for start in range(0, len(names), COLUMNS_A_TABLE):
             yield _by_group(by, {name: long[name] for name in names[start : start + COLUMNS_A_TABLE]})
 
 
-def _listed(parameters: Mapping[str, Any]) -> "Table":
+def _listed(parameters: Mapping[str, Any], parts: str) -> "Table":
     from rich.markup import escape
 
-    out = table("parameter", "value ± standard uncertainty", "unit", left=1)
+    out = table("parameter", f"value ± {parts}", "unit", left=1)
     for name, p in parameters.items():
         values = {f"{name}[{group}]": value for group, value in p["values"].items()} if "by" in p else {name: p}
         for full, value in values.items():
-            out.add_row(escape(full), uncertain(value["value"], value["uncertainty"]), label(p["unit"]))
+            out.add_row(escape(full), _stated(value), label(p["unit"]))
     out.columns[2].justify = "left"
     return out
 
@@ -49,8 +51,12 @@ def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
     out = table(*coordinates, *heads, left=len(coordinates))
     for group in next(iter(parameters.values()))["values"]:
         values = [p["values"][group] for p in parameters.values()]
-        out.add_row(*map(escape, group.split(",")), *(uncertain(v["value"], v["uncertainty"]) for v in values))
+        out.add_row(*map(escape, group.split(",")), *map(_stated, values))
     return out
+
+
+def _stated(found: Mapping[str, float]) -> str:
+    return uncertain(found["value"], found["uncertainty"], found.get("uncertainty_systematic", math.nan))
 
 
 def _with_unit(name: str, unit: str) -> str:

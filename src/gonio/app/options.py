@@ -48,6 +48,13 @@ DetectorHalfAngle = Annotated[
 ConeStep = Annotated[
     float, typer.Option("--cone-step", metavar="DEG", help="how far apart the directions are that stand for a cone")
 ]
+CovarianceKind = Annotated[
+    str, typer.Option("--covariance", help="robust, scaled, or absolute (the scan's own uncertainties)")
+]
+Bootstrap = Annotated[int, typer.Option("--bootstrap", metavar="DRAWS", help="fit so many resampled scans: 500")]
+Resample = Annotated[str, typer.Option("--resample", help="residual (wild) or pairs, for --bootstrap")]
+ProfileOf = Annotated[str, typer.Option("--profile", metavar="A,B", help="profile likelihood of these values, or all")]
+Derive = Annotated[bool, typer.Option("--derived", help="reflectance, albedo, peak and half width too")]
 Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
 Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
 Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]

@@ -20,10 +20,14 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from gonio.app.certainty import Certainty
     from gonio.compare import Row
     from gonio.fit.outliers import Scrutiny
     from gonio.materials import Material
     from gonio.model import Model, Term
+
+
+LEVEL = 0.95  # of the intervals that are shown
 
 
 def console() -> "Console":
@@ -57,18 +61,22 @@ def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
         yield lambda fraction: bar.update(task, completed=fraction)
 
 
-def uncertain(value: float, uncertainty: float) -> str:
-    """A value with as many digits as its standard uncertainty gives sense to: two of the uncertainty's own."""
+def uncertain(value: float, uncertainty: float, systematic: float = math.nan) -> str:
+    """A value with as many digits as its standard uncertainty gives sense to: two of the uncertainty's own.
+
+    The systematic part follows where there is one.
+    """
     if math.isnan(uncertainty):
         return f"{value:.6g} (held)"
     if not math.isfinite(uncertainty):
         return f"{value:.4g} (not determined)"
+    parts = [value, uncertainty] + [systematic] * (not math.isnan(systematic))
     if uncertainty <= 0 or (value == 0 and uncertainty < 1e-300):
-        return f"{value:.6g} ± 0"
+        return " ± ".join([f"{value:.6g}", "0", *(f"{part:.2g}" for part in parts[2:])])
     digits = max(1 - math.floor(math.log10(uncertainty)), 0)
-    if digits > 6 or max(abs(value), uncertainty) >= 1e7:
-        return f"{value:.4e} ± {uncertainty:.1e}"
-    return f"{value:.{digits}f} ± {uncertainty:.{digits}f}"
+    if digits > 6 or max(map(abs, parts)) >= 1e7:
+        return " ± ".join([f"{value:.4e}", *(f"{part:.1e}" for part in parts[1:])])
+    return " ± ".join(f"{part:.{digits}f}" for part in parts)
 
 
 def table(*headings: str, title: str = "", left: int = 1) -> "Table":
@@ -215,8 +223,8 @@ def material_lines(material: "Material") -> Iterator[Any]:
         yield f"every {step}th of {len(rows)} rows"
 
 
-def solution_record(row: "Row", scrutiny: "Scrutiny") -> dict[str, Any]:
-    """A fit as plain data."""
+def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") -> dict[str, Any]:
+    """A fit as plain data, with what it was asked besides."""
     from gonio.fit.identifiability import combinations, verdicts
 
     attrs = row.solution.dataset.attrs
@@ -231,7 +239,9 @@ def solution_record(row: "Row", scrutiny: "Scrutiny") -> dict[str, Any]:
         "loss": provisos.loss_record(row.solution),
         "outliers": provisos.outlier_record(scrutiny),
         "instrument": provisos.instrument_record(row.solution),
+        "covariance": row.solution.covariance_kind,
         "parameters": row.solution.parameters(),
+        "intervals": {"level": LEVEL} | {n: list(ends) for n, ends in row.solution.intervals(LEVEL).items()},
         "metrics": dict(row.metrics),
         "aicc": row.aicc,
         "bic": row.bic,
@@ -244,21 +254,21 @@ def solution_record(row: "Row", scrutiny: "Scrutiny") -> dict[str, Any]:
                 "partners": list(v.partners),
                 "words": v.words,
             }
-            for v in verdicts(row.solution, row.farthest)
+            for v in verdicts(row.solution, row.farthest, certainty.profiles)
         },
         "combinations": {
             c.name: {"value": c.value, "uncertainty": c.uncertainty} for c in combinations(row.model, row.solution)
         },
-    }
+    } | certainty.record()
 
 
-def verdict_lines(row: "Row") -> Iterator[str]:
+def verdict_lines(row: "Row", certainty: "Certainty") -> Iterator[str]:
     """What the data do not tell, in words, and what they tell instead; nothing where all is determined."""
     from rich.markup import escape
 
     from gonio.fit.identifiability import combinations, verdicts
 
-    for verdict in verdicts(row.solution, row.farthest):
+    for verdict in verdicts(row.solution, row.farthest, certainty.profiles):
         if not verdict.determined:
             yield f"[bold]{escape(verdict.name)}[/bold]: {escape(verdict.words)}"
     for found in combinations(row.model, row.solution):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fit.covariance import covariance
+from gonio.fit.covariance import DEFAULT, estimator, jacobian, systematic_shift, tangent
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
 from gonio.fit.reweighting import Settled, minimum
@@ -20,24 +20,54 @@ from gonio.measured import dataset
 Values = npt.NDArray[np.float64]
 
 
-def fit(problem: Problem, solver: Solver | None = None, progress: Progress = silent) -> Solution:
+def fit(
+    problem: Problem, solver: Solver | None = None, progress: Progress = silent, covariance: str = DEFAULT
+) -> Solution:
     """Search the values of least E (guo2023, eq 11) and say how sure they are.
 
     Strengths and scales of smooth parameters that the problem leaves open are `resolved` first.
+    covariance: `robust` and `scaled` learn the noise from the scatter about the fit, `absolute` takes the uncertainty
+    that the scan states at its word (`fit.covariance`).
     A fit that goes wrong has a status that says so; it raises nothing and hides nothing. Its cost is E under any loss.
+    Raises ValueError for another covariance, or where the scan does not state what it needs.
     """
     solver = solver or Projection()
+    estimator(problem, covariance)  # what it refuses is refused before the search
     started = time.perf_counter()
     problem = resolved(problem)
     optimum, settled = minimum(problem, solver, progress)
-    spread = covariance(settled.problem, optimum.vector, settled.slope)
-    seconds = time.perf_counter() - started
-    return _solution(problem, solver, optimum, settled, spread, seconds)
+    plane = tangent(settled.problem, optimum.vector)
+    residual = settled.problem.difference(settled.problem.brdf(optimum.vector))
+    spread = estimator(settled.problem, covariance, settled.slope)(plane, residual)
+    pinned = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
+    shift = _systematic(settled.problem, optimum.vector, pinned)
+    found = _solution(problem, optimum, settled, spread, pinned, shift)
+    found.attrs |= {
+        "solver": solver.name,
+        "settings": repr(solver),
+        "seconds": time.perf_counter() - started,
+        "covariance": covariance,
+    }
+    return Solution(found)
+
+
+def _systematic(problem: Problem, vector: Values, pinned: npt.NDArray[np.bool_]) -> Values:
+    """Shift of the free values by one systematic standard uncertainty; NaN unless the scan states it everywhere."""
+    stated = problem.points.get("uncertainty_systematic")
+    if stated is None or not (stated.values >= 0).all():
+        return np.full(len(vector), np.nan)
+    slopes = np.concatenate([jacobian(problem, vector), problem.penalty])
+    return systematic_shift(slopes, problem.error(stated.values), pinned)
 
 
 def _solution(
-    problem: Problem, solver: Solver, optimum: Optimum, settled: Settled, spread: Values, seconds: float
-) -> Solution:
+    problem: Problem,
+    optimum: Optimum,
+    settled: Settled,
+    spread: Values,
+    pinned: npt.NDArray[np.bool_],
+    shift: Values,
+) -> xr.Dataset:
     entries = [(entry, label) for entry in problem.entries for label in entry.labels]
     names = [name for entry in problem.entries for name in entry.names]
     free = np.array([entry.held is None for entry, _ in entries])
@@ -46,7 +76,9 @@ def _solution(
     full = np.full((len(names), len(names)), np.nan)
     full[np.ix_(free, free)] = spread
     at_bound = np.zeros(len(names), dtype=bool)
-    at_bound[free] = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
+    at_bound[free] = pinned
+    systematic = np.full(len(names), np.nan)
+    systematic[free] = shift
     effective = effective_values(problem, optimum.vector)
     status = _status(problem, optimum, effective, spread, at_bound)
     text = {
@@ -56,41 +88,38 @@ def _solution(
         "unit": [entry.unit for entry, _ in entries],
     }
     history = optimum.history if optimum.history.ndim == 2 else optimum.history[:, None]
-    return Solution(
-        xr.Dataset(
-            {
-                "value": ("parameter", value),
-                "uncertainty": ("parameter", np.sqrt(np.diag(full))),
-                "at_bound": ("parameter", at_bound),
-                "held": ("parameter", ~free),
-                "covariance": (("parameter", "parameter_b"), full),
-                "history": (("step", "chain"), history),
-            },
-            coords={"parameter": names} | {key: ("parameter", column) for key, column in text.items()},
-            attrs={
-                "model": problem.model.name,
-                "cite": problem.model.cite,
-                "solver": solver.name,
-                "settings": repr(solver),
-                "status": status.value,
-                "cost": optimum.cost - float(problem.cost(problem.penalty @ optimum.vector)),
-                "seconds": seconds,
-                "evaluations": optimum.evaluations,
-                "weighting": problem.weighting,
-                "noise_floor": problem.noise_floor,
-                "loss": problem.loss,
-                "loss_scale": settled.scale,
-                "points_discounted": _discounted(settled),
-                "points": len(problem.measured),
-                "effective_values": effective,
-                "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),
-                "unit": dataset.unit(problem.data),
-                "data_history": problem.data.attrs.get("history", ""),
-                "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
-                **{f"instrument_{name}": value for name, value in asdict(problem.instrument).items()},
-                "instrument_error": _instrument_error(problem, optimum.vector),
-            },
-        )
+    return xr.Dataset(
+        {
+            "value": ("parameter", value),
+            "uncertainty": ("parameter", np.sqrt(np.diag(full))),
+            "uncertainty_systematic": ("parameter", np.abs(systematic)),
+            "systematic_shift": ("parameter", systematic),
+            "at_bound": ("parameter", at_bound),
+            "held": ("parameter", ~free),
+            "covariance": (("parameter", "parameter_b"), full),
+            "history": (("step", "chain"), history),
+        },
+        coords={"parameter": names} | {key: ("parameter", column) for key, column in text.items()},
+        attrs={
+            "model": problem.model.name,
+            "cite": problem.model.cite,
+            "status": status.value,
+            "cost": optimum.cost - float(problem.cost(problem.penalty @ optimum.vector)),
+            "evaluations": optimum.evaluations,
+            "weighting": problem.weighting,
+            "noise_floor": problem.noise_floor,
+            "loss": problem.loss,
+            "loss_scale": settled.scale,
+            "points_discounted": _discounted(settled),
+            "points": len(problem.measured),
+            "effective_values": effective,
+            "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),
+            "unit": dataset.unit(problem.data),
+            "data_history": problem.data.attrs.get("history", ""),
+            "versions": ", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "scipy")),
+            **{f"instrument_{name}": value for name, value in asdict(problem.instrument).items()},
+            "instrument_error": _instrument_error(problem, optimum.vector),
+        },
     )
 
 

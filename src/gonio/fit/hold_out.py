@@ -61,7 +61,7 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     flat = problem.points
     parts = folds(flat, by)
     problem = resolved(problem)
-    found = np.array([solution.values[name] for name in problem.names])
+    found = solution.vector(problem.names)
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:
         _refuse_unseen(problem, name, left)

@@ -1,12 +1,13 @@
 """Which values the data tell, which trade off against each other, and which combinations of them are told anyway."""
 
 import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fit.profile import Profile
 from gonio.fit.solution import Solution
 from gonio.model import Model
 
@@ -49,8 +50,16 @@ class Combination:
         return abs(self.uncertainty / self.value) if self.value else np.inf
 
 
-def verdicts(solution: Solution, farthest: float = 90.0) -> list[Verdict]:
-    """One verdict for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg]."""
+def verdicts(solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()) -> list[Verdict]:
+    """One verdict for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
+
+    A value whose profile was computed is told with what the data allow, which holds where the covariance does not.
+    """
+    allowed = {p.name: f"; the data allow {p.name} {p.words}" for p in profiles}
+    return [replace(v, words=v.words + allowed.get(v.name, "")) for v in _verdicts(solution, farthest)]
+
+
+def _verdicts(solution: Solution, farthest: float) -> list[Verdict]:
     names, _, covariance = _free(solution)
     told = np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
     at_bound = dict(zip(solution.values, solution.dataset["at_bound"].values.tolist(), strict=True))

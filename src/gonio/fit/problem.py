@@ -322,6 +322,10 @@ class Problem:
             modelled = np.log(np.maximum(modelled, np.finfo(float).tiny))
         return self.root_weights * modelled - self.target
 
+    def error(self, uncertainty: Values) -> Values:
+        """How far an uncertainty of every measured value moves the residual."""
+        return self.root_weights * (uncertainty / self.measured if self.logarithmic else uncertainty)
+
     def cost(self, residual: Values) -> Values:
         """E (eq 11) of a residual."""
         total: Values = np.sum(residual**2, axis=-1) / self.scale

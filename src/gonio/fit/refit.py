@@ -1,4 +1,4 @@
-"""Searches of all values from values that are near: the derivative by the weights is exact."""
+"""Searches of all values from values that are near: a little change to a problem moves its minimum and makes none."""
 
 import numpy as np
 import numpy.typing as npt
@@ -16,22 +16,28 @@ def refit(
     start: Values,
     tolerance: float = SEARCHED,
     max_steps: int = 2000,
-    factors: Values | None = None,
+    *,
+    factors: Values | float = 1.0,
+    offset: Values | float = 0.0,
+    held: int | None = None,
 ) -> Descent:
     """The minimum downhill of a vector of weights and shape, its last digits left.
 
-    factors (points,): what the residual of each point is multiplied by, 1 where None.
+    factors, offset (points,): what the residual of each point is multiplied by, and what is then added. held: the place
+    of a value that stays as it starts. tolerance and max_steps are those of `descend`.
     """
-    rows = np.ones(len(problem.measured) + len(problem.penalty))
-    if factors is not None:
-        rows[: len(factors)] = factors
+    points, lower, upper = len(problem.measured), problem.lower.copy(), problem.upper.copy()
+    if held is not None:
+        lower[held] = upper[held] = start[held]
+    scales, shifts = np.ones(points + len(problem.penalty)), np.zeros(points + len(problem.penalty))
+    scales[:points], shifts[:points] = factors, offset
     return descend(
-        lambda vector: rows * problem.residual(vector),
+        lambda vector: scales * problem.residual(vector) + shifts,
         start,
-        problem.lower,
-        problem.upper,
+        lower,
+        upper,
         scale=np.maximum(np.abs(start), SMALLEST),
-        jacobian=lambda vector: rows[:, None] * slopes(problem, vector),
+        jacobian=lambda vector: scales[:, None] * slopes(problem, vector),
         tolerance=tolerance,
         max_steps=max_steps,
         last_digits=False,

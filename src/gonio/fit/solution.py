@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 
 from gonio.files import replacing
 from gonio.fit.smooth import Smooth
@@ -49,12 +49,14 @@ class Solution:
     """A fitted model as a Dataset over `parameter`, and the views of it that people ask for.
 
     Variables: `value`, `uncertainty` (standard; NaN for held values, infinite for undetermined ones), `at_bound`,
-    `held`, `covariance`, `history` (best E after each step, with what holds values smooth). Coordinates: `name`, `by`,
-    `group`, `unit` of each value.
+    `held`, `covariance`, `history` (best E after each step, with what holds values smooth). `uncertainty_systematic` is
+    what the systematic part of the scan's own does to each value, NaN where the scan does not state it;
+    `systematic_shift` is the same with its sign, because all values shift together. Coordinates: `name`, `by`, `group`,
+    `unit` of each value.
     Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, noise_floor,
     points, effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
-    and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule for its cones
-    would change, over what the fit leaves over.
+    covariance (its kind), and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule
+    for its cones would change, over what the fit leaves over.
     """
 
     dataset: xr.Dataset
@@ -94,11 +96,36 @@ class Solution:
         names = self.dataset["parameter"].values.tolist()
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
 
-    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence interval of every free value: Student's t with points less effective values degrees of freedom."""
+    @property
+    def covariance_kind(self) -> str:
+        """`robust`, `scaled` or `absolute` (`fit.covariance`)."""
+        return str(self.dataset.attrs["covariance"])
+
+    def vector(self, names: Sequence[str]) -> Values:
+        """The values of these parameters, as a Problem's functions take those of its `names`."""
+        return np.array([self.values[name] for name in names])
+
+    @property
+    def has_systematic(self) -> bool:
+        """Whether the scan stated a systematic uncertainty."""
+        return not bool(np.isnan(self.dataset["uncertainty_systematic"].values).all())
+
+    def coverage_factor(self, level: float = 0.95) -> float:
+        """Half the width of an interval in standard uncertainties.
+
+        Student's t with points less effective values degrees of freedom; the normal distribution for an absolute
+        covariance, which learns nothing from the scatter.
+        """
+        if not 0 < level < 1:
+            raise ValueError(f"the level of an interval lies between 0 and 1, and is {level:g}")
+        if self.covariance_kind == "absolute":
+            return float(ndtri(0.5 + level / 2))
         free = self.dataset.attrs.get("effective_values", int((~self.dataset["held"].values).sum()))
-        width = float(stdtrit(max(self.dataset.attrs["points"] - free, 1), 0.5 + level / 2))
-        spreads = self.uncertainties
+        return float(stdtrit(max(self.dataset.attrs["points"] - free, 1), 0.5 + level / 2))
+
+    def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Confidence interval of every free value, of random errors alone, by the kind of covariance of the fit."""
+        width, spreads = self.coverage_factor(level), self.uncertainties
         return {
             name: (value - width * spreads[name], value + width * spreads[name])
             for name, value in self.values.items()
@@ -110,13 +137,23 @@ class Solution:
 
         Raises ValueError where a direction belongs to no group of the fit.
         """
-        found: dict[str, float | Values] = {}
-        for name, part in self._by_name():
-            by = str(part["by"].values[0])
+        values = self.dataset["value"].values
+        return {
+            name: values[place] if isinstance(place, np.ndarray) else float(values[place])
+            for name, place in self.places(points).items()
+        }
+
+    def places(self, points: xr.Dataset) -> dict[str, int | npt.NDArray[np.intp]]:
+        """Where along `parameter` the value of every parameter stands, one or one for each direction, as `at` does."""
+        found: dict[str, int | npt.NDArray[np.intp]] = {}
+        names = self.dataset["name"].values
+        for name in dict.fromkeys(names.tolist()):
+            rows = np.flatnonzero(names == name)
+            by = str(self.dataset["by"].values[rows[0]])
             if not by:
-                found[name] = float(part["value"].values[0])
+                found[name] = int(rows[0])
                 continue
-            table = dict(zip(part["group"].values.tolist(), part["value"].values.tolist(), strict=True))
+            table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
             labels = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
                 raise ValueError(
@@ -128,12 +165,11 @@ class Solution:
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Values, uncertainties and units as plain data, grouped parameters under `by` and `values`."""
         out: dict[str, dict[str, Any]] = {}
+        columns = ["value", "uncertainty"] + ["uncertainty_systematic"] * self.has_systematic
         for name, part in self._by_name():
             pairs = [
-                {"value": value, "uncertainty": spread}
-                for value, spread in zip(
-                    part["value"].values.tolist(), part["uncertainty"].values.tolist(), strict=True
-                )
+                dict(zip(columns, row, strict=True))
+                for row in zip(*(part[n].values.tolist() for n in columns), strict=True)
             ]
             unit, by = str(part["unit"].values[0]), str(part["by"].values[0])
             if by:
@@ -162,7 +198,7 @@ class Solution:
 
     def _by_name(self) -> list[tuple[str, xr.Dataset]]:
         names = self.dataset["name"].values
-        flat = self.dataset.drop_vars(["covariance", "history"])
+        flat = self.dataset.drop_dims(["parameter_b", "step", "draw"], errors="ignore")
         return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
 
 

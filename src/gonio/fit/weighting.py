@@ -39,18 +39,22 @@ def _solid_angle(points: xr.Dataset, floor: float) -> Values:
 
 
 def _inverse_variance(points: xr.Dataset, floor: float) -> Values:
+    return 1 / stated(points, "weighting by uncertainty", "choose another weighting") ** 2
+
+
+def stated(points: xr.Dataset, purpose: str, remedy: str) -> Values:
+    """The standard uncertainty of every value of a flat scan; ValueError with the remedy where one has none."""
     if "uncertainty" not in points:
         raise ValueError(
-            "weighting by uncertainty needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none"
+            f"{purpose} needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none: add it, or {remedy}"
         )
-    uncertainty = points["uncertainty"].values
+    uncertainty: Values = points["uncertainty"].values
     unknown = int((~(uncertainty > 0)).sum())
     if unknown:
         raise ValueError(
-            f"weighting by uncertainty needs a positive one for every value, and {unknown} of "
-            f"{len(uncertainty)} have none: choose another weighting"
+            f"{purpose} needs a positive one for every value, and {unknown} of {len(uncertainty)} have none: {remedy}"
         )
-    return 1 / uncertainty**2
+    return uncertainty
 
 
 def _logarithmic(points: xr.Dataset, floor: float) -> Values:

@@ -102,6 +102,12 @@ def _values(scan: xr.Dataset) -> list[Finding]:
             what = f"no uncertainty is stated at {_count(unknown)}"
             remedy = "weighting by uncertainty needs one for every value"
             found.append(Finding(Severity.NOTE, what, remedy, _lines(scan, unknown)))
+    if "uncertainty_systematic" in scan:
+        unknown = used & ~(scan["uncertainty_systematic"].values >= 0)
+        if unknown.any():
+            what = f"no systematic uncertainty is stated at {_count(unknown)}"
+            remedy = "fits leave it out unless every value has one; 0 where there is none"
+            found.append(Finding(Severity.WARNING, what, remedy, _lines(scan, unknown)))
     return found
 
 

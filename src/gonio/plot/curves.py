@@ -10,9 +10,11 @@ from gonio.compare import at_specular
 from gonio.measured import dataset
 from gonio.plot.panels import Curve, panel_curves
 from gonio.plot.style import (
+    BARS,
     BRDF_LABELS,
     MEASURED,
     THETA_R,
+    Band,
     Predictor,
     angle_ticks,
     heading,
@@ -29,11 +31,18 @@ if TYPE_CHECKING:
 
 
 def curves(
-    scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "", normalised: bool = False, most: int = 6
+    scan: xr.Dataset,
+    fits: Mapping[str, Predictor],
+    *,
+    title: str = "",
+    normalised: bool = False,
+    bands: Mapping[str, Band] | None = None,
+    most: int = 6,
 ) -> "Figure":
     """One column an incidence angle, linear above and logarithmic below; dots are measured, lines the fits.
 
-    `normalised` divides every curve by its own value at the specular angle, as the paper draws them.
+    Bars are the standard uncertainties that the scan states, shades the 95 % bands of fits that have one. `normalised`
+    divides every curve by its own value at the specular angle, as the paper draws them.
     """
     chosen, note = panel_curves(scan, most)
     measured = "simulated" if "simulated" in scan.attrs else "measured"
@@ -43,6 +52,7 @@ def curves(
         for k, curve in enumerate(chosen):
             for ax in axes[:, k]:
                 _draw(ax, curve, fits, measured, normalised)
+                _shade(ax, curve, fits, bands or {})
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
             axes[1, k].set_yscale("log")
             axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
@@ -58,12 +68,24 @@ def curves(
 def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str, normalised: bool) -> None:
     scale = at_specular(curve.theta_r, curve.measured, curve.theta_i) if normalised else 1.0
     ax.plot(curve.theta_r, curve.measured / scale, **MEASURED, label=measured, zorder=1)
+    if "uncertainty" in curve.points:
+        spread = curve.points["uncertainty"].values / scale
+        ax.errorbar(curve.theta_r, curve.measured / scale, spread, **BARS, label="standard uncertainty", zorder=0.9)
     for k, (name, predictor) in enumerate(fits.items()):
         modelled = predictor(curve.fine)
         scale = at_specular(curve.fine_theta_r, modelled, curve.theta_i) if normalised else 1.0
         ax.plot(curve.fine_theta_r, modelled / scale, **line_style(k), label=name, zorder=2)
     mark_specular(ax, curve.theta_i)
     angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
+
+
+def _shade(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], bands: Mapping[str, Band]) -> None:
+    for k, name in enumerate(fits):
+        if name in bands:
+            lower, upper = bands[name](curve.fine)
+            label = "" if k else "95 % band"
+            shade = {"color": line_style(k)["color"], "alpha": 0.22, "linewidth": 0, "zorder": 1.5}
+            ax.fill_between(curve.fine_theta_r, lower, upper, **shade, label=label)
 
 
 def _log_limits(ax: "Axes", most_decades: float = 8.0) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Values = npt.NDArray[np.float64]
 Predictor = Callable[[xr.Dataset], Values]  # a fitted model: the BRDF at the directions of a flat scan
+Band = Callable[[xr.Dataset], tuple[Values, Values]]  # the lower and upper end of its 95 % interval there
 
 # Okabe and Ito's palette, ordered by contrast on white; line styles repeat the distinction for grey prints.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -28,6 +29,7 @@ MEASURED: dict[str, Any] = {
     "linestyle": "none",
     "markeredgewidth": 0,
 }
+BARS: dict[str, Any] = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.7}
 BRDF_LABELS = {"sr-1": "BRDF [sr⁻¹]", "a.u.": "BRDF [a.u.]"}
 THETA_R = "θᵣ [deg], positive is forward"
 

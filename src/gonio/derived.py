@@ -1,0 +1,190 @@
+"""Numbers that a fit is asked for, each with its uncertainty: reflectance, albedo, peak and half width."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.fit.band import propagate
+from gonio.fit.descent import derivative
+from gonio.fit.solution import Solution
+from gonio.fit.solver import Progress, silent
+from gonio.geometry import Geometry
+from gonio.measured import dataset
+from gonio.model import Model
+from gonio.plausibility import bihemispherical_reflectance, hemispherical_reflectance
+
+Values = npt.NDArray[np.float64]
+Curve = Callable[[Values, Values], Values]  # all values of the fit and signed theta_r [deg] to the BRDF
+
+RELATIVE = "the data are relative: without a calibration there is no reflectance"
+NARROW = "a lobe is too narrow for the quadrature: gonio check --samples draws directions instead"
+NODES = (48, 96, 200)  # of quadratures, each tried where the one before depends on its nodes
+COARSER, SAME = 0.7, 1e-4  # a quadrature holds if with so few of its nodes it differs by no more, relative
+FINE = 0.05  # deg: grid on which a peak and its half are looked for
+
+
+@dataclass(frozen=True)
+class Derived:
+    """One number: what it is, at which incidence and set, its value and standard uncertainties, or why there is none.
+
+    systematic is NaN where the scan states none.
+    """
+
+    name: str
+    where: Mapping[str, Any]
+    unit: str
+    value: float = math.nan
+    uncertainty: float = math.nan
+    systematic: float = math.nan
+    why: str = field(default="", kw_only=True)
+
+
+def derived(
+    model: Model,
+    solution: Solution,
+    scan: xr.Dataset,
+    theta_i: Sequence[float] | None = None,
+    progress: Progress = silent,
+) -> list[Derived]:
+    """What follows from a fit, for every set of the scan that it was made of.
+
+    At each incidence angle [deg], the scan's own where None: the directional-hemispherical reflectance, the largest
+    BRDF in plane within the angles that the scan covers, and half the width of that peak at half its height. Over all
+    incidence angles: the bihemispherical reflectance under uniform light (white-sky albedo). Reflectances extrapolate
+    the model over the hemisphere; relative data have none.
+    Raises ValueError for an incidence angle that a grouped parameter has no value for.
+    """
+    flat = dataset.points(scan)
+    found: list[Derived] = []
+    parts = list(_sets(flat))
+    for done, (key, part) in enumerate(parts):
+        angles = np.unique(part["theta_i"].values).tolist() if theta_i is None else theta_i
+        for k, angle in enumerate(angles):
+            found += _at_incidence(model, solution, part, key, float(angle))
+            progress((done + (k + 1) / (len(angles) + 1)) / len(parts))
+        found.append(_albedo(model, solution, part, key))
+        progress((done + 1) / len(parts))
+    return found
+
+
+def _sets(flat: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
+    """What tells each set of a flat scan from the next, and its part of the scan."""
+    keys = dataset.sets(flat)
+    for row in dict.fromkeys(zip(*(flat[key].values.tolist() for key in keys), strict=True)) if keys else [()]:
+        key = dict(zip(keys, row, strict=True))
+        yield key, dataset.select(flat, key)
+
+
+def _at_incidence(
+    model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float
+) -> Iterator[Derived]:
+    values_of = _values_of(solution, part, theta_i)
+    where = {"theta_i": theta_i, **key}
+
+    def reflectance(values: Values, nodes: int) -> float:
+        return hemispherical_reflectance(lambda g: np.asarray(model(g, values_of(values))), theta_i, nodes)
+
+    def curve(values: Values, theta_r: Values) -> Values:
+        return np.asarray(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), values_of(values)))
+
+    yield _integral("reflectance", where, model, solution, reflectance)
+    yield from _peak(where, model, solution, curve, part)
+
+
+def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable[[Values], dict[str, float]]:
+    """All values of the fit to those that hold at one incidence angle of a set."""
+    sets = {name: part[name].values[:1] for name in dataset.SETS if name in part.coords}
+    here = dataset.make_scan([theta_i], [0.0], [0.0], coordinates=sets)
+    places = {name: int(np.ravel(place)[0]) for name, place in solution.places(here).items()}
+    return lambda values: {name: float(values[place]) for name, place in places.items()}
+
+
+def _albedo(model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
+    stored = solution.dataset
+    grouped = [
+        n for n, by in zip(stored["name"].values, stored["by"].values, strict=True) if "theta_i" in by.split(",")
+    ]
+    refused = f"{grouped[0]} has one value for each theta_i, and none between them" if grouped else ""
+    values_of = _values_of(solution, part, float(part["theta_i"].values[0]))
+
+    def albedo(values: Values, nodes: int) -> float:
+        return bihemispherical_reflectance(lambda g: np.asarray(model(g, values_of(values))), nodes)
+
+    return _integral("albedo", key, model, solution, albedo, refused)
+
+
+def _integral(
+    name: str,
+    where: Mapping[str, Any],
+    model: Model,
+    solution: Solution,
+    integral: Callable[[Values, int], float],
+    refused: str = "",
+) -> Derived:
+    """A reflectance, unless the data are relative or the quadrature depends on its nodes."""
+    if solution.dataset.attrs["unit"] != dataset.ABSOLUTE:
+        refused = RELATIVE
+    if refused:
+        return Derived(name, where, "1", why=refused)
+    values = solution.dataset["value"].values
+    enough = (n for n in NODES if math.isclose(integral(values, n), integral(values, int(COARSER * n)), rel_tol=SAME))
+    nodes = next(enough, None)
+    if nodes is None:
+        return Derived(name, where, "1", why=NARROW)
+    found = propagate(model, solution, lambda values: np.array([integral(values, nodes)]))
+    return Derived(name, where, "1", float(found.value[0]), float(found.uncertainty[0]), float(found.systematic[0]))
+
+
+def _peak(
+    where: Mapping[str, Any], model: Model, solution: Solution, curve: Curve, part: xr.Dataset
+) -> Iterator[Derived]:
+    """The largest value in plane and the half width about it.
+
+    The peak moves, and its value does not follow to first order; the half moves by its change over the curve's slope.
+    """
+    unit = str(solution.dataset.attrs["unit"])
+    here = part.isel(direction=np.flatnonzero(dataset.is_in_plane(part) & (part["theta_i"].values == where["theta_i"])))
+    if here.sizes["direction"] < 2:
+        why = "the scan has no curve in plane at this incidence"
+        yield from (Derived("peak", where, unit, why=why), Derived("half width", where, "deg", why=why))
+        return
+    values, signed = solution.dataset["value"].values, dataset.signed_theta_r(here)
+    top, sides = _found(lambda theta_r: curve(values, theta_r), float(signed.min()), float(signed.max()))
+    at = np.array([top, *sides])
+    slopes = derivative(lambda theta_r: curve(values, theta_r), sides).diagonal() if len(sides) else sides
+
+    def numbers(values: Values) -> Values:
+        peak, *halves = curve(values, at)
+        moved = sides + (peak / 2 - np.array(halves)) / slopes
+        return np.array([peak, np.ptp(moved) / 2] if len(moved) else [peak])
+
+    found = propagate(model, solution, numbers)
+    columns = zip(found.value.tolist(), found.uncertainty.tolist(), found.systematic.tolist(), strict=True)
+    yield Derived("peak", where, unit, *next(columns))
+    why = "the fit does not fall to half its peak on both sides within the scan"
+    yield Derived("half width", where, "deg", *next(columns, ()), why="" if len(sides) else why)
+
+
+def _found(curve: Callable[[Values], Values], low: float, high: float) -> tuple[float, Values]:
+    """Where a curve is largest between two angles, and where it falls to half on either side; none of both if not."""
+    from scipy.optimize import brentq, minimize_scalar
+
+    def at(theta_r: float) -> float:
+        return float(curve(np.array([theta_r]))[0])
+
+    grid = np.linspace(low, high, max(int((high - low) / FINE), 3) + 1)
+    heights = curve(grid)
+    k = int(np.argmax(heights))
+    around = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
+    refined = float(minimize_scalar(lambda t: -at(t), bounds=around, method="bounded", options={"xatol": 1e-9}).x)
+    top = refined if at(refined) > heights[k] else float(grid[k])
+    half = at(top) / 2
+    left, right = np.flatnonzero((heights < half) & (grid < top)), np.flatnonzero((heights < half) & (grid > top))
+    if not (left.size and right.size):
+        return top, np.empty(0)
+    return top, np.array([brentq(lambda t: at(t) - half, grid[end], top) for end in (left[-1], right[0])])

@@ -42,9 +42,7 @@ def estimator(problem: Problem, kind: str, slope: Values | None = None) -> Estim
     if kind == DEFAULT:
         return functools.partial(robust, slope=slope)
     if problem.loss != "squared":
-        raise ValueError(
-            f"{kind} covariance takes every point at its weight, and a {problem.loss} loss does not: robust"
-        )
+        raise ValueError(f"{kind} covariance is of squared errors, and this is a {problem.loss} loss: choose robust")
     if kind == ABSOLUTE:
         error = problem.error(stated(problem.points, "absolute covariance", "choose robust or scaled"))
         return lambda plane, residual: absolute(plane, error)

@@ -75,8 +75,8 @@ def profile(problem: Problem, solution: Solution, name: str, level: float = 0.95
     The rise is measured in the solution's own kind of covariance: scaled so that it grows near the minimum as that
     standard uncertainty says (royall2003), as residuals scatter where that is infinite. For a linear model the interval
     is the one of `Solution.intervals`.
-    Raises ValueError for a name that is not free, for a robust loss, for a fit that leaves no scatter, or where the profile meets a better
-    fit than the solution.
+    Raises ValueError for a name that is not free, for a robust loss, for a fit that leaves no scatter, or where the
+    profile meets a better fit than the solution.
     """
     line = _Minimum(problem, solution).line(name)
     factor = solution.coverage_factor(level)

@@ -64,9 +64,9 @@ def minimum(problem: Problem, solver: Solver, progress: Progress = silent) -> tu
     return Optimum(found.vector, cost, found.exhausted, evaluations, optimum.history), found
 
 
-def settle(problem: Problem, start: Values, tolerance: float = SEARCHED) -> Settled:
+def settle(problem: Problem, start: Values, tolerance: float = SEARCHED, max_steps: int = 2000) -> Settled:
     """The minimum downhill of a vector of weights and shape under the loss of the problem, as `refit` finds it."""
-    vector = refit(problem, start, tolerance).point
+    vector = refit(problem, start, tolerance, max_steps).point
     if problem.loss == "squared":
         return Settled(vector, problem, np.nan, np.ones_like(problem.measured), False)
     loss = LOSSES[problem.loss]
@@ -75,7 +75,7 @@ def settle(problem: Problem, start: Values, tolerance: float = SEARCHED) -> Sett
     for _ in range(ROUNDS):
         scale = max(scatter(residual, len(vector)), np.finfo(float).eps * float(np.abs(problem.target).max()))
         weights = loss.weight(residual / scale)
-        vector = refit(problem, vector, tolerance, factors=np.sqrt(weights)).point
+        vector = refit(problem, vector, tolerance, max_steps, factors=np.sqrt(weights)).point
         before, residual = residual, _of_points(problem, vector)
         if still := bool(np.abs(residual - before).max() <= STILL * scale):
             break

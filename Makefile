@@ -31,9 +31,13 @@ bench: $(VENV)/.gonio
 bench-compare: $(VENV)/.gonio
 	$(BIN)/python benchmarks/compare_all.py
 
-# docs/real-surfaces.md and its figures from the shared scans.
+# Every model on the measured scans, judged by what its fit was not shown; writes benchmarks/validated.json.
+validated: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/validated.py
+
+# docs/real-surfaces.md and its figures from the shared scans and from benchmarks/validated.json.
 real-surfaces: $(VENV)/.gonio
-	$(THREADS) $(BIN)/python docs/real_surfaces.py
+	$(THREADS) PYTHONPATH=benchmarks $(BIN)/python docs/real_surfaces.py
 
 # docs/catalogue.md and its figures from the declarations of the models.
 catalogue: $(VENV)/.test $(VENV)/.gonio

@@ -8,24 +8,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import validated_surfaces
 import xarray as xr
 from rich.progress import track
+from surfaces import SCANS, usable
+from validated_surfaces import PAPER
 
-from gonio import catalogue, read
+from gonio import catalogue
 from gonio.app.present import figure as digits
 from gonio.compare import FAMILY, METRICS, Row, drop, predict, rank, reference_errors
 from gonio.measured.dataset import points, signed_theta_r
-from gonio.measured.masking import mask
 from gonio.plot.curves import curves
 from gonio.plot.style import COLOURS, house_style, new_figure, save
 
 HERE = Path(__file__).resolve().parent
-SCANS = HERE.parent.parent / "shared" / "data" / "scans"
 GROUPED = {"ks": "theta_i", "rho_s": "theta_i"}
-PAPER = {"T-S": 57.16, "T-C": 30.61}  # guo2023, averages of Tables 2 and 3 [%]
 EQUAL = 1e-6  # relative difference of E below which two models fit alike
 FAR = 20.0  # deg from the specular direction
-STARLINK_FLOOR = 1e-4  # 1/sr, the authors' own
 OBJECTIVES = {
     "uniform": "eq 11 with every point alike, as the paper fits",
     "relative": "eq 11 with weights 1/f², which sees the lobe as well as the peak",
@@ -78,20 +77,6 @@ class Result:
         return 100 - self.zones("torrance-sparrow")["about the specular direction"]
 
 
-def usable(path: Path, positive: bool) -> xr.Dataset:
-    """A scan without what its own header warns of; `positive` also masks what a relative error cannot weigh."""
-    scan = read(path)
-    theta_i, theta_r = scan["theta_i"].values, scan["theta_r"].values
-    bad = np.zeros(theta_i.shape, dtype=bool)
-    if path.stem.startswith("jsss"):
-        bad |= (theta_i >= 80) | ((theta_i == 15) & (theta_r <= 3))
-    if path.stem.startswith("starlink15"):
-        bad |= scan["brdf"].values <= STARLINK_FLOOR
-    if positive:
-        bad |= scan["brdf"].values <= 0
-    return mask(scan, exclude=bad)
-
-
 def fitted(path: Path, weighting: str) -> Result:
     scan = usable(path, positive=weighting == "relative")
     return Result(
@@ -135,7 +120,13 @@ def summary(results: list[Result]) -> list[str]:
 
 def detail(result: Result) -> list[str]:
     heads = " | ".join(metric.title for metric in METRICS.values())
-    lines = ["", f"### {result.name}", "", f"| model | free | {heads} | sigma |", "|---|---:|---:|---:|---:|---:|---:|"]
+    lines = [
+        "",
+        f"#### {result.name}",
+        "",
+        f"| model | free | {heads} | sigma |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+    ]
     for row in result.rows:
         cells = " | ".join(digits(row.metrics[name]) for name in METRICS)
         sigma = row.solution.values.get("sigma")
@@ -173,14 +164,18 @@ def example(result: Result, title: str) -> Any:
     return curves(result.scan, fits, title=title, most=4)
 
 
-def page(results: dict[str, list[Result]], best: Result, worst: Result) -> str:
+def page(results: dict[str, list[Result]], best: Result, worst: Result, found: dict[str, Any]) -> str:
     lines = [
-        "# The models of the paper on real surfaces",
+        "# Real surfaces",
         "",
-        f"Made by `make real-surfaces` on {date.today().isoformat()} from {len(results['uniform'])} measured scans of metals,",
-        "coatings, paints, films and paper, kept beside the project with their sources and licences in each file's",
-        "header. Nothing on this page is simulated, and nothing was chosen: every scan is here, whatever came out.",
+        f"{len(results['uniform'])} measured scans of metals, coatings, paints, films and paper, kept beside the project with their",
+        "sources and licences in each file's header. Nothing on this page is simulated, and nothing was chosen: every scan is",
+        "here, whatever came out. First which model of the catalogue predicts best, then the models of the paper in detail.",
         "",
+        *validated_surfaces.lines(found),
+        "## The models of the paper",
+        "",
+        f"Made by `make real-surfaces` on {date.today().isoformat()}.",
         "Each model is fitted with its specular weight free at each incidence angle (as Table 1 of guo2023), all else",
         "shared, shape parameters within their declared bounds, weights exact. Left out, as the files' headers ask: the",
         "arms at 80 and 85° and scan angles up to 3° at the 15° arm of `jsss_*`, and values at the 1e-4 floor of",
@@ -193,18 +188,18 @@ def page(results: dict[str, list[Result]], best: Result, worst: Result) -> str:
         "",
         "![Drops against Torrance-Sparrow](images/real-surfaces-drops.png)",
         "",
-        "## What came out",
+        "### What came out",
         "",
         *conclusions(results),
     ]
     for objective, some in results.items():
-        lines += ["", f"## Objective {objective}: {OBJECTIVES[objective]}", "", *summary(some)]
-    lines += ["", "## Two examples", ""]
+        lines += ["", f"### Objective {objective}: {OBJECTIVES[objective]}", "", *summary(some)]
+    lines += ["", "### Two examples", ""]
     for which, result in (("most", best), ("least", worst)):
         lines += [f"Where the lobe lowers √E {which}, {result.name}:", ""]
         lines += [f"![{result.name}](images/real-surfaces-{which}.png)", ""]
     for objective, some in results.items():
-        lines += [f"## Every figure, objective {objective}"]
+        lines += [f"### Every figure, objective {objective}"]
         for result in some:
             lines += detail(result)
         lines += [""]
@@ -266,7 +261,8 @@ def main() -> int:
         results[objective].append(fitted(path, objective))
     ordered = sorted(results["relative"], key=lambda r: r.drop("T-S", "E"))
     worst, best = ordered[0], ordered[-1]
-    images = HERE / "images"
+    images, found = HERE / "images", validated_surfaces.results()
+    save(validated_surfaces.figure(found), images / "real-surfaces-validated", (".png",), force=True)
     save(drops_figure(results), images / "real-surfaces-drops", (".png",), force=True)
     for which, result in (("most", best), ("least", worst)):
         save(
@@ -275,7 +271,7 @@ def main() -> int:
             (".png",),
             force=True,
         )
-    (HERE / "real-surfaces.md").write_text(page(results, best, worst), encoding="utf-8")
+    (HERE / "real-surfaces.md").write_text(page(results, best, worst, found), encoding="utf-8")
     return 0
 
 

@@ -35,9 +35,8 @@ def least(models: Models, names: tuple[str, ...] = ()) -> str:
 
 
 def error(row: dict[str, Any], which: str = "left_out") -> float:
-    """Left-out lg RMSE; infinite where a model has none."""
-    value = row[which]
-    return np.inf if value is None or np.isnan(value) else float(value)
+    """Left-out lg RMSE, or the fitted one; infinite where a model has none."""
+    return np.inf if row[which] is None else float(row[which])
 
 
 def drops(some: dict[str, Models], of: str, reference: tuple[str, ...], which: str = "left_out") -> list[float]:

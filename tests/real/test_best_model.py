@@ -1,4 +1,4 @@
-"""gonio-best on the two full sets that peers fitted, and over the measured scans as benchmarks/validated.json holds them."""
+"""gonio-best on the full sets that peers fitted, and over the measured scans of benchmarks/validated.json."""
 
 import json
 

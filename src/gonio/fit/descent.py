@@ -79,7 +79,8 @@ def descend(
     for _ in range(ROUNDS):
         value, tangent = counted(point), slopes(point)
         sizes, downhill = _sizes(point, scale), -(tangent.T @ value)
-        flat = sizes**2 * np.sum(tangent**2, axis=0) <= (4 * FORWARD) ** 2 * _squared(value)  # rounding of a difference
+        with np.errstate(all="ignore"):  # a slope that overflows is not flat
+            flat = sizes**2 * np.sum(tangent**2, axis=0) <= (4 * FORWARD) ** 2 * _squared(value)  # rounding
         pressed = ((point <= low) & (downhill <= 0)) | ((point >= high) & (downhill >= 0))
         if (pressed | flat).all() or not value.any() or (reached == tolerance and np.array_equal(pressed, held)):
             break

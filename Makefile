@@ -47,8 +47,8 @@ catalogue: $(VENV)/.test $(VENV)/.gonio
 # The figure of the README, from a scan beside the project.
 SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv
 figures: $(VENV)/.gonio
-	$(BIN)/gonio plot $(SCAN) --models torrance-sparrow,cauchy-lorentz,cauchy-lorentz-reciprocal \
-		--group ks=theta_i --group rho_s=theta_i --weighting relative --out docs/images/readme.png --force
+	$(BIN)/gonio plot $(SCAN) --models torrance-sparrow,cauchy-lorentz,gonio-best --weighting log \
+		--out docs/images/readme.png --force
 
 # Breaks every sign, cosine and prefactor of every term in turn: a test must fail each time; writes docs/mutation.md.
 mutation: $(VENV)/.test $(VENV)/.gonio

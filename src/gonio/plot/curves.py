@@ -68,7 +68,7 @@ def curves(
 def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str, normalised: bool) -> None:
     scale = at_specular(curve.theta_r, curve.measured, curve.theta_i) if normalised else 1.0
     ax.plot(curve.theta_r, curve.measured / scale, **MEASURED, label=measured, zorder=1)
-    if "uncertainty" in curve.points:
+    if "uncertainty" in curve.points and curve.points["uncertainty"].values.any():  # a single scan states zeros
         spread = curve.points["uncertainty"].values / scale
         ax.errorbar(curve.theta_r, curve.measured / scale, spread, **BARS, label="standard uncertainty", zorder=0.9)
     for k, (name, predictor) in enumerate(fits.items()):

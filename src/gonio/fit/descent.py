@@ -273,7 +273,7 @@ def _trust_region(
 
 def _reach(found: OptimizeResult, sizes: Values, free: Mask) -> Values:
     """The change of each value that would move the residual by its own length; zero for a value that is held."""
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         return _replaced(
             np.zeros(len(free)), free, sizes[free] * np.sqrt(2 * found.cost / np.sum(found.jac**2, axis=0))
         )

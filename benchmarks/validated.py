@@ -22,7 +22,8 @@ from gonio.fit.solution import without_infinities
 from gonio.processes import cores
 
 HERE = Path(__file__).resolve().parent
-WITHOUT = {  # parts of gonio-best, each held at nothing in turn
+OURS = "gonio-best"
+WITHOUT = {  # its parts, each held at nothing in turn
     "a diffuse lobe as wide as a Lambertian": {"gamma": 720.0},
     "no forward scatter": {"rho_f": 0.0, "s": 0.8},
     "no scattered lobe": {"rho_s": 0.0, "m": 0.25, "h": 0.05},
@@ -37,12 +38,14 @@ def record(row: Row) -> dict[str, Any]:
     return {
         "free": row.free_parameters,
         "status": row.solution.status.name,
-        "fitted": row.metrics["log10_rmse"],
-        "left_out": row.validated["log10_rmse"],
-        "delta_left_out": row.validated["delta"],
-        "by_fold": dict(row.by_fold),
-        "values": row.solution.values,
+        "fitted": _six_digits(row.metrics["log10_rmse"]),
+        "left_out": _six_digits(row.validated["log10_rmse"]),
+        "delta_left_out": _six_digits(row.validated["delta"]),
     }
+
+
+def _six_digits(value: float) -> float:
+    return float(f"{value:.6g}")
 
 
 def main() -> int:
@@ -53,10 +56,11 @@ def main() -> int:
     found = {}
     for name, scan in track(list(surfaces()), "judging", disable=not sys.stderr.isatty()):
         rows = judged(scan, models)
-        parts = {part: judged(scan, [catalogue["gonio-best"]], held=held)[0] for part, held in WITHOUT.items()}
+        parts = {part: judged(scan, [catalogue[OURS]], held=held)[0] for part, held in WITHOUT.items()}
         found[name] = {
             "points": rows[0].solution.dataset.attrs["points"],
             "models": {row.model.name: record(row) for row in rows},
+            "tail": next(row.solution.values["c"] for row in rows if row.model.name == OURS),
             "without": {part: record(row) for part, row in parts.items()},
         }
         print(name, *(f"{r.model.name} {r.validated['log10_rmse']:.4f}" for r in rows[:3]), flush=True)

@@ -20,7 +20,6 @@ Values = npt.NDArray[np.float64]
 STRONGEST, WEAKEST = 2, -13  # decimal exponents: a straight line, and values as good as free in any measurement
 FINE = 0.05  # of a decade: a strength half a decade off changes little
 ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly: no other tells of it
-SMALLEST = 1e-6  # scale of a value that is zero
 
 
 def resolved(problem: Problem) -> Problem:

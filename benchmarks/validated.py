@@ -16,13 +16,16 @@ import xarray as xr
 from rich.progress import track
 from surfaces import DATA, surfaces
 
-from gonio import Model, catalogue
-from gonio.compare import Row, rank
+from gonio import Model, Problem, catalogue
+from gonio.compare import Row, metrics, rank
+from gonio.fit import fit
+from gonio.fit.hold_out import predictions
 from gonio.fit.solution import without_infinities
 from gonio.processes import cores
 
 HERE = Path(__file__).resolve().parent
 OURS = "gonio-best"
+TABLES = ("torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz")  # what the paper's tables compare
 WITHOUT = {  # its parts, each held at nothing in turn
     "a diffuse lobe as wide as a Lambertian": {"gamma": 720.0},
     "no forward scatter": {"rho_f": 0.0, "s": 0.8},
@@ -48,6 +51,16 @@ def _six_digits(value: float) -> float:
     return float(f"{value:.6g}")
 
 
+def in_the_papers_metric(scan: xr.Dataset, weighting: str) -> dict[str, float]:
+    """Left-out nRMSE (guo2023, Tables 2 and 3), for which every curve is divided by its own specular value."""
+    out = {}
+    for name in (*TABLES, OURS):
+        problem = Problem(catalogue[name], scan, weighting=weighting)
+        modelled, _ = predictions(problem, fit(problem), "theta_i")
+        out[name] = _six_digits(metrics(problem.points, modelled)["nrmse"])
+    return out
+
+
 def main() -> int:
     if not DATA.is_dir():
         print(f"no measured data at {DATA}: nothing to do")
@@ -61,6 +74,7 @@ def main() -> int:
             "points": rows[0].solution.dataset.attrs["points"],
             "models": {row.model.name: record(row) for row in rows},
             "tail": next(row.solution.values["c"] for row in rows if row.model.name == OURS),
+            "nrmse": {weighting: in_the_papers_metric(scan, weighting) for weighting in ("log", "uniform")},
             "without": {part: record(row) for part, row in parts.items()},
         }
         print(name, *(f"{r.model.name} {r.validated['log10_rmse']:.4f}" for r in rows[:3]), flush=True)

@@ -93,7 +93,7 @@ def lines(found: dict[str, Any]) -> list[str]:
 def conclusions(some: dict[str, Models]) -> list[str]:
     winners = [least(models) for models in some.values()]
     ours = winners.count(OURS)
-    others = sorted({w for w in winners if w != OURS}, key=lambda w: -winners.count(w))
+    others = sorted({w for w in winners if w != OURS}, key=lambda w: (-winners.count(w), w))
     text = [
         f"- **{OURS}** predicts best on {ours} of {len(some)} scans; the others go to "
         + ", ".join(f"{name} ({winners.count(name)})" for name in others)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from gonio import Problem, catalogue, simulate
+from gonio import Instrument, Problem, catalogue, simulate
+from gonio.compare import predict
 from gonio.fit import fit
 from gonio.fit.band import band, propagate
+from gonio.measured import dataset
 from gonio.measured.dataset import make_scan, points
 
 THETA_R = np.arange(-75, 76, 5.0)
@@ -78,3 +80,13 @@ def test_any_function_of_the_values():
     found = propagate(MODEL, solution, lambda v: np.array([v[0] * v[1] * v[2], v[2]]))
     slope = 0.2 * np.array([kd, ks])
     np.testing.assert_allclose(found.uncertainty, [np.sqrt(slope @ covariance @ slope), 0.0], rtol=1e-9)
+
+
+def test_the_band_is_read_by_the_instrument_of_the_fit():
+    """The curve under the band is the one that is drawn and compared, not the deconvolved one."""
+    seen = Instrument(detector_half_angle=5.0)
+    solution = fit(Problem(MODEL, scan(), weighting="relative", instrument=seen))
+    found = band(MODEL, solution, points(ELSEWHERE))
+    np.testing.assert_allclose(found["brdf"].values, predict(MODEL, solution, points(ELSEWHERE)), rtol=1e-12)
+    bare = MODEL(dataset.geometry(points(ELSEWHERE)), solution.values)
+    assert np.abs(found["brdf"].values / bare - 1).max() > 1e-3

@@ -173,6 +173,27 @@ def test_uncertainties_are_the_scatter_of_repeated_measurements():
     assert np.abs(np.mean(found, axis=0) - reflectance).max() > 5 * scatter.max() / np.sqrt(seeds)
 
 
+@pytest.mark.parametrize("kind", ["robust", "scaled", "absolute"])
+def test_every_covariance_counts_the_penalty_once(kind):
+    """Against dense matrices: the penalty holds the values, and only the points have errors and take up freedom."""
+    reflectance = 0.5 + 0.1 * np.sin(np.arange(8.0))
+    data = flat_spectrum(np.linspace(400, 700, 8), reflectance, noise=0.01)
+    data["uncertainty"] = ("direction", np.linspace(0.005, 0.02, data.sizes["direction"]), data["brdf"].attrs)
+    problem = Problem(LAMBERT, data, smooth={"rho": ("wavelength", 1e-4)})
+    problem = resolved(problem)
+    vector = fit(problem).vector(problem.names)
+    slopes, left = problem.design(np.empty(0))[0], problem.brdf(vector) - problem.measured
+    pull = np.linalg.inv(slopes.T @ slopes + problem.penalty.T @ problem.penalty) @ slopes.T
+    leverage = np.einsum("pn,np->p", slopes, pull)
+    variance = {
+        "robust": (left / (1 - leverage)) ** 2,
+        "scaled": np.full(len(left), left @ left / (len(left) - leverage.sum())),
+        "absolute": data["uncertainty"].values ** 2,
+    }[kind]
+    assert leverage.sum() < len(vector) - 1
+    np.testing.assert_allclose(covariance(problem, vector, kind), (pull * variance) @ pull.T, rtol=1e-8, atol=1e-12)
+
+
 def test_slopes_are_derivatives():
     """Against central differences of the whole residual, one value at a time."""
     scan, _x = spectrum(4)

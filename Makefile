@@ -83,7 +83,7 @@ COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --gen
 lock:
 	$(COMPILE) --extra build -o requirements.lock
 	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock
-	printf 'mitsuba\npySCATMECH\nnumpy\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o requirements-crosscheck.lock
+	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o requirements-crosscheck.lock
 
 clean:
 	rm -rf $(VENV) $(PEERS) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -132,5 +132,5 @@ def test_damaged_files_raise_format_errors_only(kind, data, tmp_path):
 
 
 def test_unknown_suffix_names_the_known_ones(tmp_path):
-    with pytest.raises(ValueError, match=r"\.nc or \.csv"):
+    with pytest.raises(ValueError, match=r"\.nc, \.csv"):
         write(full_scan(), tmp_path / "scan.xyz")

@@ -5,7 +5,7 @@ import pytest
 
 from gonio import read
 from gonio.files import FormatError
-from gonio.measured.formats.tidy_csv import LONGEST_LINE
+from gonio.measured.text import LONGEST_LINE
 
 GOOD = "# material: test\ntheta_i_deg,theta_r_deg,brdf_sr-1\n30,-10,0.5\n30,20,0.7\n"
 
@@ -28,11 +28,13 @@ def test_signed_angle_becomes_an_azimuth(tmp_path):
     [
         "\ufeff" + GOOD,
         GOOD.replace("\n", "\r\n"),
+        GOOD.replace("\n", "\r"),
+        GOOD.replace("test\n", "test\r\n").replace("0.5\n", "0.5\r"),
         GOOD.replace("30,20", "\n# a remark\n30 , 20"),
         "theta_r_rad,brdf_sr-1,theta_i_rad\n-0.17453292519943295,0.5,0.5235987755982988\n0.3490658503988659,0.7,0.5235987755982988\n",
         "theta_i_deg,theta_r_deg,phi_deg,brdf_sr-1\n30,10,0,0.5\n30,20,180,0.7\n",
     ],
-    ids=["bom", "windows", "blank-and-remark", "radians", "azimuth"],
+    ids=["bom", "windows", "carriage-returns", "mixed", "blank-and-remark", "radians", "azimuth"],
 )
 def test_the_same_scan_in_other_words(tmp_path, text):
     found, expected = read(written(tmp_path, text)), read(written(tmp_path, GOOD))
@@ -73,7 +75,6 @@ def test_units_and_aliases(tmp_path):
         ("# only remarks\n", "", "holds no header"),
         (b"theta_i_deg,theta_r_deg,brdf_sr-1\n# stra\xdfe\n", "line 2, byte 7", "save the file as UTF-8"),
         (b"PK\x03\x04\0\0", "line 1", "zero bytes"),
-        (GOOD.replace("\n", "\r"), "line 1", "carriage return"),
         ("x" * (LONGEST_LINE + 10), "line 1", "longer than 65536 bytes"),
     ],
 )

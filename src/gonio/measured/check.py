@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
-from gonio.measured.dataset import ABSOLUTE, ANGLES, RELATIVE, SETS, flatten, in_use
+from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, RELATIVE, SETS, flatten, in_use
 from gonio.units import label
 
 
@@ -112,7 +112,7 @@ def _values(scan: xr.Dataset) -> list[Finding]:
 
 
 def _duplicates(scan: xr.Dataset) -> list[Finding]:
-    columns = [np.unique(scan[n].values, return_inverse=True)[1] for n in (*ANGLES, *SETS) if n in scan.coords]
+    columns = [np.unique(scan[n].values, return_inverse=True)[1] for n in (*DIRECTIONS, *SETS) if n in scan.coords]
     rows = np.column_stack(columns)
     _, first, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
     repeated = counts[first.ravel()] > 1

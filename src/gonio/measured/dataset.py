@@ -2,8 +2,11 @@
 
 Variables: `brdf` [sr-1, or a.u. for relative data]; optional `uncertainty` (standard, k = 1) and
 `uncertainty_systematic` in the same unit; optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90)
-and `phi` [degree], and `wavelength` [nm], `channel` or `scan` where there are several. Dimensions are either dense or
-one flat `direction`. `history` has one line a step and `provenance` the header lines of the file it came from.
+and `phi` [degree]; `phi_i` [degree] where the surface was turned; and those of SETS where there are several sets:
+`wavelength` [nm], `channel`, `scan`, `mode` (reflection or transmission), `side` (front or back: the one that the light
+comes to) and `polarisation`. Light that went through has theta_r from the normal of the far side.
+Dimensions are either one flat `direction`, or dense: those of SETS, then the axes of a grid (coordinates.py), whose
+nodes below the horizon hold NaN. `history` has one line a step, `provenance` the header lines of the file.
 """
 
 from collections.abc import Mapping
@@ -18,8 +21,12 @@ from gonio.units import CF_STRINGS
 
 ANGLES = ("theta_i", "theta_r", "phi")
 SPECTRAL = ("wavelength", "channel")
-SETS = ("scan", *SPECTRAL)  # coordinates that tell one set of directions from the next
+DIRECTIONS = (*ANGLES, "phi_i")  # phi_i is there where the surface was turned
+MODES = ("reflection", "transmission")
+SETS = ("scan", "mode", "side", "polarisation", *SPECTRAL)  # coordinates that tell one set of directions from the next
 MASK_MEANINGS = ("in_use", "blocked", "below_floor", "excluded")
+HORIZON = 90.0 + 1e-9  # deg; a direction at 90 is of the hemisphere, also where rounding moved it
+PARAMETERISATION = "parameterisation"  # attribute: the format whose own interpolation holds between the directions
 ABSOLUTE, RELATIVE = CF_STRINGS["brdf"], CF_STRINGS["relative"]
 
 Values = npt.ArrayLike
@@ -31,6 +38,7 @@ def make_scan(
     brdf: Values,
     phi: Values | None = None,
     *,
+    phi_i: Values | None = None,
     uncertainty: Values | None = None,
     unit: str = ABSOLUTE,
     coordinates: Mapping[str, Values] | None = None,
@@ -41,7 +49,7 @@ def make_scan(
     """A flat Dataset from columns of equal length; angles in degrees.
 
     Without `phi`, theta_r is signed and in plane: positive is the forward side, phi = 180 deg.
-    `coordinates` holds wavelength [nm], channel or scan; `variables` anything else as (values, unit).
+    `coordinates` holds those of SETS; `variables` anything else as (values, unit).
     """
     theta_r = np.asarray(theta_r, dtype=float)
     if phi is None:
@@ -51,7 +59,7 @@ def make_scan(
     if uncertainty is not None:
         data["uncertainty"] = (uncertainty, unit)
     data |= variables or {}
-    angles = {"theta_i": theta_i, "theta_r": theta_r, "phi": phi}
+    angles = {"theta_i": theta_i, "theta_r": theta_r, "phi": phi} | ({} if phi_i is None else {"phi_i": phi_i})
     scan = xr.Dataset(
         {name: ("direction", np.asarray(v), {"units": u}) for name, (v, u) in data.items()},
         coords={name: ("direction", np.asarray(v, dtype=float), {"units": "degree"}) for name, v in angles.items()}
@@ -80,15 +88,21 @@ def unit(scan: xr.Dataset) -> str:
 
 
 def flatten(scan: xr.Dataset) -> xr.Dataset:
-    """Every value on one `direction` dimension, whatever the dimensions were."""
+    """Every value on one `direction` dimension, whatever the dimensions were.
+
+    Nodes of a grid below the horizon are left out: they are no directions. So are variables that have dimensions
+    beside those of the BRDF, and the parameterisation that needs these.
+    """
     if scan["brdf"].dims == ("direction",):
         return scan
     wide = scan["brdf"].dims
-    names = [n for n in (*scan.data_vars, *ANGLES, *SETS) if n in scan.variables]
+    names = [n for n in (*scan.data_vars, *DIRECTIONS, *SETS) if n in scan.variables and set(scan[n].dims) <= set(wide)]
     full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide) for n in names}
-    columns = {n: ("direction", v.values.ravel(), scan[n].attrs) for n, v in full.items()}
-    coords = {n: columns.pop(n) for n in list(columns) if n in (*ANGLES, *SETS)}
-    return xr.Dataset(columns, coords=coords, attrs=scan.attrs)
+    kept = ~(np.isnan(full["brdf"].values) & (full["theta_r"].values > HORIZON)).ravel()
+    columns = {n: ("direction", v.values.ravel()[kept], scan[n].attrs) for n, v in full.items()}
+    coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
+    attrs = {name: value for name, value in scan.attrs.items() if name != PARAMETERISATION}
+    return xr.Dataset(columns, coords=coords, attrs=attrs)
 
 
 def in_use(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
@@ -105,7 +119,7 @@ def points(scan: xr.Dataset) -> xr.Dataset:
 
 def geometry(scan: xr.Dataset) -> Geometry:
     """Directions of a flat scan as unit vectors."""
-    return Geometry.from_degrees(*(scan[angle].values.astype(float) for angle in ANGLES))
+    return Geometry.from_degrees(*(scan[a].values.astype(float) for a in DIRECTIONS if a in scan.coords))
 
 
 def is_in_plane(scan: xr.Dataset) -> npt.NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from gonio.measured.format import Format
 from gonio.model import NearestNames
 
 HEAD = 4096  # bytes that a format may look at to recognise a file
+LAST = 100  # rank of the format that takes whatever no other does
 
 
 @functools.cache
@@ -30,17 +31,28 @@ def recognise(path: str | Path) -> Format:
     path = Path(path)
     if not path.exists():
         raise FormatError(path, "there is no such file")
-    if not path.is_file():
-        raise FormatError(path, "is a directory: name a file in it" if path.is_dir() else "is not a regular file")
-    with path.open("rb") as file:
-        head = file.read(HEAD)
+    head = _head(path)
     if not head:
-        raise FormatError(path, "is empty")
+        raise FormatError(path, "is empty", "byte 0")
     for candidate in formats().values():
         if candidate.recognises(head):
             return candidate
     known = ", ".join(f.title for f in formats().values())
     raise FormatError(path, f"is none of the formats that gonio reads: {known}", "byte 0")
+
+
+def _head(path: Path) -> bytes:
+    """The first bytes of a file, or the sorted names in a directory, one a line, each with a stroke in front."""
+    if path.is_dir():
+        names = sorted(entry.name for entry in path.iterdir())
+        head = "".join(f"/{name}\n" for name in names).encode()[:HEAD]
+        if any(f.recognises(head) for f in formats().values() if f.rank < LAST):
+            return head
+        raise FormatError(path, "is a directory: name a file in it")
+    if not path.is_file():
+        raise FormatError(path, "is not a regular file")
+    with path.open("rb") as file:
+        return file.read(HEAD)
 
 
 def read(path: str | Path) -> xr.Dataset:
@@ -50,15 +62,31 @@ def read(path: str | Path) -> xr.Dataset:
     return add_history(scan, f"read from {Path(path).name} as {found.title}")
 
 
-def write(scan: xr.Dataset, path: str | Path, force: bool = False) -> Format:
-    """Write a scan in the format of the name's suffix; ValueError for a suffix that no format writes."""
+def writer(path: str | Path, to: str = "") -> Format:
+    """The format to write: the one named, or the one of the name's suffix; ValueError where that is none or several."""
+    writable = {f.name: f for f in formats().values() if f.write}
+    if to:
+        if formats()[to].write is None:
+            raise ValueError(f"{to} is only read; gonio writes {', '.join(writable)}")
+        return writable[to]
     path = Path(path)
-    writable = {f.suffix: f for f in formats().values() if f.write}
-    if path.suffix not in writable:
-        raise ValueError(
-            f"{path}: no format is written to {path.suffix or 'a name without suffix'}; use {' or '.join(writable)}"
-        )
-    chosen = writable[path.suffix]
+    meant = [f for f in writable.values() if f.suffix == path.suffix.lower()]
+    if len(meant) > 1:
+        raise ValueError(f"{path}: several formats are called {path.suffix}: say {' or '.join(f.name for f in meant)}")
+    if not meant:
+        known = ", ".join(dict.fromkeys(f.suffix for f in writable.values()))
+        raise ValueError(f"{path}: no format is written to {path.suffix or 'a name without suffix'}; use {known}")
+    return meant[0]
+
+
+def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "") -> Format:
+    """Write a scan in the format of the name's suffix, or the format named `to`; nothing is written over but by force.
+
+    Raises ValueError for a suffix that no format or several write, and for a scan that the format cannot hold as it is;
+    `gonio.convert` says what must change and changes it.
+    """
+    path = Path(path)
+    chosen = writer(path, to)
     assert chosen.write is not None
     with replacing(path, force) as temporary:
         chosen.write(scan, temporary)

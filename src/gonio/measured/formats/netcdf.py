@@ -5,8 +5,8 @@ from pathlib import Path
 import xarray as xr
 
 from gonio.files import FormatError
-from gonio.measured.dataset import ANGLES
-from gonio.measured.format import Format
+from gonio.measured.dataset import ANGLES, SETS
+from gonio.measured.format import Format, Holds
 
 _CLASSIC, _HDF5 = (b"CDF\x01", b"CDF\x02"), b"\x89HDF\r\n\x1a\n"
 
@@ -38,7 +38,7 @@ def _read(path: Path) -> xr.Dataset:
 def _load(path: Path, engine: str) -> xr.Dataset:
     with xr.open_dataset(path, engine=engine) as opened:
         scan = opened.load()
-    for name in ("channel", "scan"):
+    for name in SETS:
         if name in scan.variables and scan[name].dtype.kind in "OS":
             scan[name] = scan[name].astype(str)
     return scan
@@ -60,4 +60,5 @@ FORMAT = Format(
     recognises=_recognises,
     read=_read,
     write=_write,
+    holds=Holds(anisotropic=True, transmission=True, relative=True, gaps=True, sets=SETS, variables=("*",)),
 )

@@ -18,22 +18,23 @@ import numpy as np
 import xarray as xr
 
 from gonio.files import FormatError
-from gonio.measured.dataset import ANGLES, SETS, flatten, is_in_plane, make_scan, signed_theta_r
-from gonio.measured.format import Format
+from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
+from gonio.measured.format import Format, Holds
+from gonio.measured.text import clip, lines
 from gonio.units import CF_STRINGS, UNITS
 
-LONGEST_LINE = 65_536  # bytes; a longer line is no row of numbers
 MOST_BAD_ROWS = 1_000  # after so many the file is no scan
 QUANTITIES = {
     "theta_i": ("angle",),
     "theta_r": ("angle",),
     "phi": ("angle",),
+    "phi_i": ("angle",),
     "wavelength": ("length",),
     "brdf": ("brdf", "relative"),
     "uncertainty": ("brdf", "relative"),
     "uncertainty_systematic": ("brdf", "relative"),
 }
-UNITLESS = ("channel", "scan", "mask")
+UNITLESS = ("channel", "scan", "mode", "side", "polarisation", "mask")
 REQUIRED = ("theta_i", "theta_r", "brdf")
 _EXAMPLE = "theta_i_deg,theta_r_deg,brdf_sr-1"
 _HISTORY = "history: "
@@ -60,39 +61,16 @@ class Column:
 
 
 def _read(path: Path) -> xr.Dataset:
-    lines = _text_lines(path)
-    comments, header_line, header = _header(path, lines)
+    source = lines(path)
+    comments, header_line, header = _header(path, source)
     columns = _columns(path, header_line, header)
-    cells, rows = _rows(path, lines, columns)
+    cells, rows = _rows(path, source, columns)
     return _dataset(path, comments, columns, cells, rows)
 
 
-def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Line numbers and lines, decoded; a line that is no UTF-8 text is refused before it fills the memory."""
-    with path.open("rb") as file:
-        for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
-            if b"\0" in raw:
-                raise FormatError(
-                    path, "holds zero bytes: this is no text file; gonio reads tidy CSV", f"line {number}"
-                )
-            try:
-                text = raw.decode("utf-8-sig" if number == 1 else "utf-8")
-            except UnicodeDecodeError as error:
-                at = f"line {number}, byte {error.start + 1}"
-                raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", at) from error
-            if len(raw) > LONGEST_LINE:
-                raise FormatError(
-                    path, f"is longer than {LONGEST_LINE} bytes: this is no row of a scan", f"line {number}"
-                )
-            text = text.rstrip("\r\n")
-            if "\r" in text:
-                raise FormatError(path, "holds a carriage return: save the file with line feeds", f"line {number}")
-            yield number, text
-
-
-def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
+def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
     comments = []
-    for number, line in lines:
+    for number, line in source:
         if line.startswith("#"):
             comments.append(line[1:].removeprefix(" "))
         elif line.strip():
@@ -105,7 +83,7 @@ def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
     columns = [_column(path, where, cell) for cell in header]
     names = [column.name for column in columns]
     if missing := [name for name in REQUIRED if name not in names]:
-        what = f"no column {' and '.join(missing)} in the header {_clip(','.join(header))!r}"
+        what = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
         semicolons = "; separate columns by commas, not semicolons" if ";" in "".join(header) else ""
         raise FormatError(path, f"{what}: name the columns like {_EXAMPLE}{semicolons}", where)
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -137,14 +115,14 @@ def _column(path: Path, where: str, cell: str) -> Column:
 
 
 def _rows(
-    path: Path, lines: Iterator[tuple[int, str]], columns: list[Column]
+    path: Path, source: Iterator[tuple[int, str]], columns: list[Column]
 ) -> tuple[list[list[float | str]], list[int]]:
     """The cells by column and the line of each row; every bad row is listed in one FormatError."""
     cells: list[list[float | str]] = [[] for _ in columns]
     rows: list[int] = []
     bad: list[tuple[int, str]] = []
     signed = all(column.name != "phi" for column in columns)
-    for number, line in lines:
+    for number, line in source:
         if not line.strip() or line.startswith("#"):
             continue
         values, problem = _cells(next(csv.reader([line])), columns, signed)
@@ -182,8 +160,8 @@ def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
     try:
         value = float(text) * column.scale if text else math.nan
     except ValueError:
-        return "", f"{column.name} is {_clip(text)!r}, not a number"
-    if math.isinf(value) or (math.isnan(value) and column.name in (*ANGLES, "wavelength", "mask")):
+        return "", f"{column.name} is {clip(text)!r}, not a number"
+    if math.isinf(value) or (math.isnan(value) and column.name in (*DIRECTIONS, "wavelength", "mask")):
         return "", f"{column.name} is {text or 'empty'}"
     if column.name in ("theta_i", "theta_r"):
         lowest = -90 if column.name == "theta_r" and signed else 0
@@ -199,10 +177,6 @@ def _listed(bad: list[tuple[int, str]], most: int = 5) -> str:
     return first + rest + (" at least" + more if len(bad) == MOST_BAD_ROWS else more)
 
 
-def _clip(text: str, most: int = 40) -> str:
-    return text if len(text) <= most else text[: most - 2] + ".."
-
-
 def _dataset(
     path: Path, comments: list[str], columns: list[Column], cells: list[list[float | str]], rows: list[int]
 ) -> xr.Dataset:
@@ -212,7 +186,7 @@ def _dataset(
         raise FormatError(
             path, "every brdf value is zero: the detector saw nothing, or the column is wrong", f"line {rows[0]}"
         )
-    known = {"theta_i", "theta_r", "phi", "brdf", "uncertainty", *SETS}
+    known = {*DIRECTIONS, "brdf", "uncertainty", *SETS}
     variables = {name: (_numbers_if_all(v), units[name]) for name, v in by_name.items() if name not in known}
     if "mask" in variables:
         variables["mask"] = (by_name["mask"].astype(np.int8), "1")
@@ -221,6 +195,7 @@ def _dataset(
         by_name["theta_r"],
         by_name["brdf"],
         by_name.get("phi"),
+        phi_i=by_name.get("phi_i"),
         uncertainty=by_name.get("uncertainty"),
         unit=units["brdf"],
         coordinates={name: by_name[name] for name in SETS if name in by_name},
@@ -239,7 +214,7 @@ def _numbers_if_all(values: np.ndarray) -> np.ndarray:
 
 def _write(scan: xr.Dataset, path: Path) -> None:
     flat = flatten(scan)
-    names = [n for n in ("theta_i", "theta_r", "phi", *SETS, "brdf", "uncertainty") if n in flat.variables]
+    names = [n for n in (*DIRECTIONS, *SETS, "brdf", "uncertainty") if n in flat.variables]
     columns = {name: flat[name].values for name in names}
     if is_in_plane(flat).all():
         columns["theta_r"] = signed_theta_r(flat)
@@ -268,5 +243,6 @@ FORMAT = Format(
     recognises=lambda head: True,  # no signature: asked last, and its errors say what is missing
     read=_read,
     write=_write,
+    holds=Holds(anisotropic=True, transmission=True, relative=True, gaps=True, sets=SETS, variables=("*",)),
     rank=100,
 )

@@ -1,0 +1,52 @@
+"""What readers of binary files share: a cursor that refuses sizes that the file does not have before it allocates."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.files import FormatError
+
+
+class Bytes:
+    """A file's bytes, memory-mapped: arrays are views into the file until they are computed with.
+
+    Every method raises FormatError with the byte offset, and with what was expected there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.at = path, 0
+        self.size = path.stat().st_size
+        self._map = np.memmap(path, dtype=np.uint8, mode="r") if self.size else np.empty(0, dtype=np.uint8)
+
+    def wrong(self, what: str, at: int | None = None) -> FormatError:
+        """The error to raise for what is wrong at this place."""
+        return FormatError(self.path, what, f"byte {self.at if at is None else at}")
+
+    def array(
+        self, dtype: npt.DTypeLike, shape: tuple[int, ...], expected: str, at: int | None = None
+    ) -> npt.NDArray[Any]:
+        """An array read here, or at byte `at` without moving; its size is checked against the file first."""
+        start = self.at if at is None else at
+        length = math.prod(shape) * np.dtype(dtype).itemsize  # Python's whole numbers: 2^62 does not wrap round
+        if min((*shape, start), default=start) < 0 or start + length > self.size:
+            left = max(self.size - start, 0)
+            raise self.wrong(f"{expected} needs {length} bytes, and the file has {left} left there", start)
+        if at is None:
+            self.at += length
+        return self._map[start : start + length].view(dtype).reshape(shape)
+
+    def number(self, dtype: npt.DTypeLike, expected: str) -> int:
+        """One whole number."""
+        return int(self.array(dtype, (1,), expected)[0])
+
+    def text(self, length: int, expected: str) -> str:
+        """So many bytes as UTF-8 text."""
+        start = self.at
+        raw = self.array(np.uint8, (length,), expected).tobytes()
+        try:
+            return raw.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise self.wrong(f"{expected} is no UTF-8 text", start + error.start) from error

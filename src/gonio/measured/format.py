@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 
@@ -45,5 +47,6 @@ class Format:
     read: Callable[[Path], xr.Dataset]
     write: Callable[[xr.Dataset, Path], None] | None = None
     layout: Callable[[xr.Dataset], xr.Dataset] | None = None
+    evaluate: Callable[..., npt.NDArray[np.float64]] | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0

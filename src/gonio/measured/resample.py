@@ -71,8 +71,9 @@ def resample(
 def _words(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
     """How the values came about, in one line."""
     count = {name: int((origins == k).sum()) for k, name in enumerate(ORIGINS)}
-    text = f"resampled onto {directions} directions: {count['measured']} values as measured, "
-    text += f"{count['interpolated']} interpolated {how}"
+    text = f"resampled onto {directions} directions: {count['measured']} values as measured"
+    if count["interpolated"]:
+        text += f", {count['interpolated']} interpolated {how}"
     if impose:
         text += f", averaged over {' and '.join(impose)}"
     if filling is not None and filling.symmetries:

@@ -9,11 +9,11 @@ import xarray as xr
 
 from gonio.files import replacing
 from gonio.measured import dataset
-from gonio.measured.dataset import DIRECTIONS, HORIZON, PARAMETERISATION, SETS, add_history, flatten
+from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.measured.difference import Difference, difference
 from gonio.measured.format import Format
 from gonio.measured.formats import writer
-from gonio.measured.resample import Filling, parts, resample
+from gonio.measured.resample import Filling, is_on, parts, resample
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
     if target.layout is None:
         return _without_gaps(scan, target, impose, filling)
     onto = target.layout(scan)
-    if _is_on(scan, onto) and not impose and filling is None:
+    if is_on(scan, onto) and not impose and filling is None:
         ready = scan
     else:
         ready = resample(scan, onto, impose=impose, filling=filling)
@@ -170,15 +170,6 @@ def _without_gaps(scan: xr.Dataset, target: Format, impose: Sequence[str], filli
     return add_history(
         flat, f"left out {int((~known).sum())} directions without a value, which {target.title} cannot hold"
     )
-
-
-def _is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
-    """Whether the scan is on this very grid already."""
-    grid = [d for d in scan["brdf"].dims if d not in SETS]
-    if set(grid) != {str(d) for d in onto.dims}:
-        return False
-    names = [n for n in DIRECTIONS if n in onto.variables]
-    return all(n in scan.coords and scan[n].dims == onto[n].dims and scan[n].equals(onto[n]) for n in names)
 
 
 def _that(wanted: Callable[[Format], bool]) -> str:

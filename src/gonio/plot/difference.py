@@ -63,5 +63,5 @@ def _errors(ax: "Axes", curve: Curve) -> None:
     used = np.abs(curve.measured) > 0
     error = 100 * (curve.points["other"].values[used] / curve.measured[used] - 1)
     ax.axhline(0, color="0.6", linewidth=0.8)
-    ax.plot(curve.theta_r[used], error, color=COLOURS[1], marker=".", markersize=3, linewidth=0.9)
+    ax.plot(curve.theta_r[used], error, color=COLOURS[1], marker=".", markersize=3.5, linestyle="none")
     mark_specular(ax, curve.theta_i)

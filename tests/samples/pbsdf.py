@@ -16,7 +16,9 @@ def fields(phi_d=(-180.0, -90.0, 0.0, 90.0, 180.0), theta_d=(0.0, 30.0, 60.0, 88
     height = (2 + np.cos(p) + 0.3 * np.sin(p)) * (1.5 + d) * np.exp(-h)
     spectral = height[..., None] * (1 + 0.2 * np.arange(5))
     tilt = 1 + 0.3 * np.sin(np.arange(16).reshape(4, 4) + d[..., None, None, None]) * (np.arange(16) > 0).reshape(4, 4)
-    axes = {n: np.radians([v]).astype(np.float32) for n, v in (("phi_d", phi_d), ("theta_d", theta_d), ("theta_h", theta_h))}
+    axes = {
+        n: np.radians([v]).astype(np.float32) for n, v in (("phi_d", phi_d), ("theta_d", theta_d), ("theta_h", theta_h))
+    }
     return {**axes, "wvls": wavelengths, "M": (spectral[..., None, None] * MATRIX * tilt).astype(np.float32)}
 
 

@@ -110,7 +110,7 @@ def tables(record: dict[str, Any]) -> Iterator[Any]:
     if not record["checks"]:
         yield "nothing wrong was found"
     if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
-        widths = present.table("backscatter side of", "half width [deg]", "status", left=1)
+        widths = present.table("curve", "half width [deg]", "backscatter side", left=1)
         widths.columns[2].justify = "left"
         for h in record["half_widths"]:
             width = present.uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"

@@ -19,13 +19,15 @@ def solid_angles(scan: xr.Dataset) -> Values:
     MOST_INCIDENCES incidence angles every direction counts alike, as a share of the hemisphere.
     """
     flat = flatten(scan)
+    count = flat.sizes["direction"]
+    alike = np.full(count, 2 * np.pi / max(count, 1))
+    if len(np.unique(flat["theta_i"].values)) > MOST_INCIDENCES:
+        return alike
     names = [n for n in ("theta_i", "phi_i", *SETS) if n in flat.coords]
     codes = [np.unique(np.asarray(flat[n].values), return_inverse=True)[1].ravel() for n in names]
     _, group = np.unique(np.column_stack(codes), axis=0, return_inverse=True)
     group = group.ravel()
-    out = np.full(len(group), 2 * np.pi / max(len(group), 1))
-    if group.max(initial=0) >= MOST_INCIDENCES:
-        return out
+    out = alike
     theta_r, phi, in_plane = np.radians(flat["theta_r"].values), np.radians(flat["phi"].values), is_in_plane(flat)
     signed = np.radians(np.where(in_plane, signed_theta_r(flat), 0.0))
     for k in range(group.max(initial=-1) + 1):

@@ -1,12 +1,12 @@
 """MERL's binary tables of isotropic BRDFs in half-difference coordinates (matusik2003, rusinkiewicz1998).
 
-Three int32 (theta_h, theta_d, phi_d), then planes of float64 for R, G and B, phi_d fastest, all little-endian. A BRDF is
-a plane times 1/1500, 1.15/1500 or 1.66/1500; a negative number marks a cell without a value. The published reader finds
-the cell of a direction by truncation: theta_h at 90 (i/90)^2 deg, theta_d each deg, phi_d each deg over half a circle,
-the other half being the same by reciprocity. So a number is that of a cell, and the angles here are those of its middle
-in the table's own index, theta_h = 90 ((i + 1/2)/90)^2: the published reader gives each number at its own angles. (Some
-programs take the lower edge instead.) Non-reciprocal tables have 360 in the third dimension and cover the whole circle;
-any other dimensions are read where the file has the size for them.
+Three int32 (theta_h, theta_d, phi_d), then planes of float64 for R, G and B, phi_d fastest, all little-endian. A BRDF
+is a plane times 1/1500, 1.15/1500 or 1.66/1500; a negative number marks a cell without a value. The published reader
+finds the cell of a direction by truncation: theta_h at 90 (i/90)^2 deg, theta_d each deg, phi_d each deg over half a
+circle, the other half being the same by reciprocity. So a number is that of a cell, and the angles here are those of
+its middle in the table's own index, theta_h = 90 ((i + 1/2)/90)^2: the published reader gives each number at its own
+angles. (Some programs take the lower edge instead.) Non-reciprocal tables have 360 in the third dimension and cover the
+whole circle; any other dimensions are read where the file has the size for them.
 """
 
 from pathlib import Path
@@ -164,7 +164,9 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     brdf = scan["brdf"]
     if "channel" in brdf.dims:
         if sorted(map(str, brdf["channel"].values)) != sorted(SCALES):
-            raise ValueError(f"a MERL table has the channels R, G and B, not {', '.join(map(str, brdf.channel.values))}")
+            raise ValueError(
+                f"a MERL table has the channels R, G and B, not {', '.join(map(str, brdf.channel.values))}"
+            )
         planes = [brdf.sel(channel=name) for name in SCALES]
     else:
         planes = [brdf] * len(SCALES)

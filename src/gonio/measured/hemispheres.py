@@ -21,6 +21,7 @@ from gonio.measured.text import number
 Values = npt.NDArray[np.float64]
 AXES = ("theta_i", "phi_i", "theta_r", "phi")
 SAME = 1e-9  # deg, and relative: what differs by less is the same number printed twice
+HUGE = 1e100  # beyond it, sums of values overflow
 MOST_INCIDENCES = 60  # more than a goniometer steps through: directions drawn at random
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)  # deg; each divides 90
 
@@ -44,8 +45,10 @@ def row(path: Path, line: int, words: Sequence[str], expected: str) -> list[floa
         values = [float(word) for word in words]
     except ValueError:
         values = [math.nan]
-    if "_" in "".join(words) or not all(map(math.isfinite, values)):
-        return [number(path, line, word, expected) for word in words]
+    if "_" in "".join(words) or not all(-HUGE < value < HUGE for value in values):
+        values = [number(path, line, word, expected) for word in words]
+        if beyond := [value for value in values if not -HUGE < value < HUGE]:
+            raise FormatError(path, f"{expected} is {beyond[0]:g}: no instrument measures that", f"line {line}")
     return values
 
 
@@ -132,7 +135,7 @@ def _dense(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset | None:
         not (np.array_equal(t.theta_r, first.theta_r) and np.array_equal(t.phi, first.phi)) for t in tables
     ):
         return None
-    keys = [{"theta_i": t.theta_i, **({} if t.phi_i is None else {"phi_i": t.phi_i})} | dict(t.sets) for t in tables]
+    keys = [_key(t) for t in tables]
     names = [*(n for n in SETS if n in first.sets), *(n for n in AXES[:2] if n in keys[0])]
     if any(set(key) != set(names) for key in keys):
         return None
@@ -153,6 +156,12 @@ def _dense(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset | None:
     brdf = xr.Variable((*names, "theta_r", "phi"), values, {"units": unit}).transpose(*told, *wide)
     scalars = {n: _scalars(names, shape, {i: t.scalars[n] for i, t in at.items()}) for n in first.scalars}
     return scan.assign_coords(told).assign({"brdf": brdf} | scalars)
+
+
+def _key(table: Hemisphere) -> dict[str, str | float]:
+    """Where a table belongs."""
+    turned = {} if table.phi_i is None else {"phi_i": table.phi_i}
+    return {"theta_i": table.theta_i, **turned, **table.sets}
 
 
 def _nodes(values: Iterable[str | float]) -> list[str | float]:
@@ -209,8 +218,10 @@ def on_grid(scan: xr.Dataset, sets: Sequence[str], title: str) -> xr.DataArray:
 
 
 def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
-    """The spherical grid that a file of tables stores for a scan: its own, or one of its incidences and steps near its
-    own [deg], all round in azimuth."""
+    """The spherical grid that a file of tables stores for a scan: its own where it has one.
+
+    Else its incidences, theta_r from 0 to 90 and azimuths all round, in steps [deg] near its own.
+    """
     names = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in scan["brdf"].dims]
     system = system_of(scan)
     if system is not None and system.name == "spherical":

@@ -241,4 +241,6 @@ def _check_block(lines: _Lines, block: Block) -> None:
     if not is_specular and block.params[3][-1] > high:
         raise lines.wrong(f"PARAM3_LIST reaches {block.params[3][-1]:g} deg, beyond the {high} of its REDUCTION_TYPE")
     if block.system == "spherical" and block.reductions and len(block.params[1]) > 1:
-        raise lines.wrong("bilateral_symmetry of data that depend on PARAM1, the incoming azimuth: none follows from it")
+        raise lines.wrong(
+            "bilateral_symmetry of data that depend on PARAM1, the incoming azimuth: none follows from it"
+        )

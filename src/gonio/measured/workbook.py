@@ -87,7 +87,9 @@ class _Container:
         sector = start
         while sector < 0xFFFFFFFA:
             if sector >= min(self.count, len(self.table)) or len(found) > self.count:
-                raise self.wrong(f"the chain of {expected} leaves the file or runs in a circle", self.at(found[-1]) if found else 48)
+                raise self.wrong(
+                    f"the chain of {expected} leaves the file or runs in a circle", self.at(found[-1]) if found else 48
+                )
             found.append(sector)
             sector = int(self.table[sector])
         return found

@@ -78,7 +78,9 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
     flat = flatten(scan)
     at_mirror = np.allclose(flat["theta_r"], flat["theta_i"]) and np.allclose(flat["phi"], 180.0)
     if scan.attrs.get("stored") != stored or unit(scan) != RELATIVE or not at_mirror:
-        raise ValueError(f"the scan is no {stored}: a BRDF cannot be written as one; write .ddr, .ddt or another format")
+        raise ValueError(
+            f"the scan is no {stored}: a BRDF cannot be written as one; write .ddr, .ddt or another format"
+        )
     along = [n for n in sets(flat) if n != "mode"]
     if len(along) > 1 or not set(along) <= {"wavelength", "channel"}:
         raise ValueError(f"an Integra file has sets along wavelength or channel, not {' and '.join(along)}")

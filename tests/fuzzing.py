@@ -106,7 +106,9 @@ def modules() -> dict[str, str]:
 
 def _content(path: Path) -> Seed:
     if path.is_dir():
-        return Seed(path.name, {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file()})
+        return Seed(
+            path.name, {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file()}
+        )
     return Seed(path.name, {"": path.read_bytes()})
 
 
@@ -132,10 +134,14 @@ def seeds(name: str) -> list[Seed]:
             written = importlib.import_module(f"samples.{module}").samples(Path(folder))
             found = [_content(path) for path in written if registry.recognise(path).name == name]
     # Of what any file is recognised as, because it has no signature, not every file is a sample.
-    real = [path for kind, path in _real_files() if kind == name] if registry.formats()[name].rank < registry.LAST else []
+    real = (
+        [path for kind, path in _real_files() if kind == name] if registry.formats()[name].rank < registry.LAST else []
+    )
     found += [_content(path) for path in real]
     if not found:
-        raise LookupError(f"no file to damage: write tests/samples/{module}.py, whose samples(folder) writes {name} files")
+        raise LookupError(
+            f"no file to damage: write tests/samples/{module}.py, whose samples(folder) writes {name} files"
+        )
     return found
 
 
@@ -379,9 +385,18 @@ class Process:
 
     def _start(self) -> subprocess.Popen[str]:
         command = [sys.executable, "-X", "faulthandler", __file__, "--worker", str(self.folder)]
-        surroundings = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+        surroundings = os.environ | {
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "PYTHONPATH": os.pathsep.join(sys.path),
+        }
         return subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=surroundings
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            env=surroundings,
         )
 
     def _at_work(self) -> int:
@@ -393,7 +408,11 @@ class Process:
             self.process = self.process or self._start()
             (self.folder / "sign").write_bytes(struct.pack("q", first - 1))
             assert self.process.stdin is not None
-            print(json.dumps({"format": name, "seed": seed, "first": first, "last": last}), file=self.process.stdin, flush=True)
+            print(
+                json.dumps({"format": name, "seed": seed, "first": first, "last": last}),
+                file=self.process.stdin,
+                flush=True,
+            )
             said = self._answer()
             if said:
                 tally = Tally()
@@ -404,7 +423,9 @@ class Process:
             code = self._end()
             yield from self.run(name, seed, first, culprit)
             why = f"the process ended with {code}" if code is not None else f"no end after {STUCK:g} s"
-            yield Tally(inputs=1, reached=1, failures=[{"number": culprit, "done": damaged(name, seed, culprit)[1], "why": why}])
+            yield Tally(
+                inputs=1, reached=1, failures=[{"number": culprit, "done": damaged(name, seed, culprit)[1], "why": why}]
+            )
             first = culprit + 1
 
     def _answer(self) -> str:
@@ -466,7 +487,9 @@ def report(name: str, seed: int, failures: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def fuzz(names: list[str], inputs: int, seed: int, workers: int, said: Callable[[str, Tally], None]) -> dict[str, Tally]:
+def fuzz(
+    names: list[str], inputs: int, seed: int, workers: int, said: Callable[[str, Tally], None]
+) -> dict[str, Tally]:
     """So many inputs of each format over several workers; `said` hears of every stretch."""
     jobs = [(n, first, min(first + CHUNK, inputs)) for n in names for first in range(0, inputs, CHUNK)][::-1]
     tallies = {name: Tally() for name in names}

@@ -223,7 +223,21 @@ def _utf16(rng, data, other):
 
 def _blank(rng, data, other):
     at = _place(rng, len(data) + 1)
-    blanks = (b" ", b"\t", b"\n", b"\n\n\n", b"\x0c", b"\0", "\u00a0".encode(), "\u2028".encode(), b"\x1b[31m", b"#", b";", b",", b'"')
+    blanks = (
+        b" ",
+        b"\t",
+        b"\n",
+        b"\n\n\n",
+        b"\x0c",
+        b"\0",
+        "\u00a0".encode(),
+        "\u2028".encode(),
+        b"\x1b[31m",
+        b"#",
+        b";",
+        b",",
+        b'"',
+    )
     data[at:at] = blanks[int(len(blanks) * rng.random())] * (1 if rng.random() < 0.8 else _length(rng, 17))
     return data
 

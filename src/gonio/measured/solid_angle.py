@@ -30,9 +30,16 @@ def solid_angles(scan: xr.Dataset) -> Values:
     out = alike
     theta_r, phi, in_plane = np.radians(flat["theta_r"].values), np.radians(flat["phi"].values), is_in_plane(flat)
     signed = np.radians(np.where(in_plane, signed_theta_r(flat), 0.0))
-    for k in range(group.max(initial=-1) + 1):
-        rows = np.flatnonzero(group == k)
-        out[rows] = _rings(signed[rows]) if in_plane[rows].all() else _cells(theta_r[rows], phi[rows])
+    order = np.argsort(group, kind="stable")
+    known: dict[bytes, Values] = {}  # on a grid every incidence has the same reflected directions
+    for rows in np.split(order, np.cumsum(np.bincount(group))[:-1]):
+        if in_plane[rows].all():
+            out[rows] = _rings(signed[rows])
+            continue
+        key = theta_r[rows].tobytes() + phi[rows].tobytes()
+        if key not in known:
+            known[key] = _cells(theta_r[rows], phi[rows])
+        out[rows] = known[key]
     return out
 
 

@@ -11,7 +11,9 @@ TEXTS = {
         "#DIM 4 3\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT RGB_COLOR\n"
         "0.1 0 0.2 3.1 0.1 0.2 0.3\n0.1 1.5 0.2 4.6 0.4 0.5 0.6\n"
     ),
-    "half_width": "#DIM 3 1\n#VS 1\n#PARAM_IN RUSIN_TH_TD_PD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3 1 0.1\n1.5 1.5 0.1 2 0.5\n",
+    "half_width": (
+        "#DIM 3 1\n#VS 1\n#PARAM_IN RUSIN_TH_TD_PD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3 1 0.1\n1.5 1.5 0.1 2 0.5\n"
+    ),
     "ends": "#DIM 2 1\n#VS 2\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 1 0.9 1.2\n0.3 0.4 2 1 4\n",
     "cosine": (
         "#DIM 3 1\n#PARAM_IN ISOTROPIC_TL_TV_PROJ_DPHI\n#PARAM_OUT INV_STERADIAN_COSINE_FACTOR\n"

@@ -46,13 +46,17 @@ class Header:
     def wrong(self, key: str, what: str) -> FormatError:
         return FormatError(self.path, what, f"line {self.values.get(key, ('', 1))[1]}")
 
+    def said(self, key: str) -> str:
+        """A key and its value in words."""
+        return f"#{key} is {clip(self.text(key))!r}" if key in self.values else f"there is no #{key}"
+
     def text(self, key: str, default: str = "") -> str:
         return self.values.get(key, (default, 1))[0]
 
     def whole(self, key: str, least: int, most: int, default: str = "") -> int:
         text = self.text(key, default)
         if not text.isascii() or not text.isdigit() or len(text) > 20 or not least <= int(text) <= most:
-            raise self.wrong(key, f"#{key} is {clip(text)!r}, not a whole number from {least} to {most}")
+            raise self.wrong(key, f"{self.said(key)}, not a whole number from {least} to {most}")
         return int(text)
 
     @property
@@ -60,7 +64,7 @@ class Header:
         """The numbers of coordinates and of values in a row."""
         words = self.text("DIM").split()
         if len(words) != 2 or not all(w.isascii() and w.isdigit() and 0 < len(w) < 5 for w in words):
-            raise self.wrong("DIM", f"#DIM is {clip(self.text('DIM'))!r}, not the numbers of coordinates and values")
+            raise self.wrong("DIM", f"{self.said('DIM')}, not the numbers of coordinates and values")
         if not 1 <= int(words[1]) <= MOST_COLUMNS:
             raise self.wrong("DIM", f"#DIM says {words[1]} values, outside 1 to {MOST_COLUMNS}")
         return int(words[0]), int(words[1])
@@ -69,7 +73,7 @@ class Header:
     def parametrisation(self) -> Parametrisation:
         name = self.text("PARAM_IN")
         if name not in PARAMETRISATIONS:
-            what = f"#PARAM_IN is {clip(name)!r}, which does not give both directions in a way that gonio knows"
+            what = f"{self.said('PARAM_IN')}, which does not give both directions in a way that gonio knows"
             remedy = f"convert the file with ALTA's data2data to one of {', '.join(PARAMETRISATIONS)}"
             raise self.wrong("PARAM_IN", f"{what}: {remedy}")
         found = PARAMETRISATIONS[name]
@@ -82,7 +86,7 @@ class Header:
         """The names of the values in a row, none where there is one value."""
         output, count = self.text("PARAM_OUT"), self.dim[1]
         if output not in OUTPUTS:
-            raise self.wrong("PARAM_OUT", f"#PARAM_OUT is {clip(output)!r}: gonio reads {', '.join(OUTPUTS)}")
+            raise self.wrong("PARAM_OUT", f"{self.said('PARAM_OUT')}: gonio reads {', '.join(OUTPUTS)}")
         names = CHANNELS.get(output, tuple(str(k + 1) for k in range(count)) if count > 1 else ())
         if names and len(names) != count:
             raise self.wrong("DIM", f"#DIM says {count} values, and {output} has {len(names)}")

@@ -22,7 +22,8 @@ from gonio.measured.alta_header import CHANNELS, WITH_COSINE, Header, header_of,
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history, flatten, make_scan, sets, unit
 from gonio.measured.format import Format, Holds
 from gonio.measured.parametrisations import Parametrisation, angles, impossible
-from gonio.measured.text import MOST_VALUES, lines, number
+from gonio.measured.rows import Rows
+from gonio.measured.text import lines
 
 Values = npt.NDArray[np.float64]
 Place = Callable[[int], str]  # where in the file a row is
@@ -35,38 +36,19 @@ _HISTORY = "history: "
 def _read(path: Path) -> xr.Dataset:
     header, rest = header_of(path, lines(path))
     interval = header.whole("VS", 0, 2, "0")
-    wide = sum(header.dim) + interval
-    where: list[int] = []
-    words: list[str] = []
+    size, count = header.parametrisation.size, max(len(header.channels), 1)
+    names = [f"coordinate {k + 1}" for k in range(size)] + [f"value {k + 1}" for k in range(count)]
+    rows = Rows(path, names + ["half width"] * (interval == 1) + ["lower end", "upper end"] * (interval == 2))
     for line, text in rest:
         if text.startswith("#"):
             header.take(line, text)
-            continue
-        row = text.split()
-        if row and len(row) != wide:
-            raise FormatError(path, f"has {len(row)} numbers, not the {wide} of #DIM and #VS", f"line {line}")
-        if len(words) > MOST_VALUES:
-            raise FormatError(path, f"holds more than {MOST_VALUES} numbers", f"line {line}")
-        where += [line] * bool(row)
-        words += row
-    if not where:
-        raise FormatError(path, "holds a header and no rows", "line 1")
-    return scan_of(header, _table(path, where, words, wide), lambda k: f"line {where[k]}", np.array(where))
+        elif words := text.split():
+            rows.add(line, words)
+    where, table = rows.table()
+    return scan_of(header, table, lambda k: f"line {where[k]}", where)
 
 
-def _table(path: Path, where: list[int], words: list[str], wide: int) -> Values:
-    """The numbers of all rows at once, or the error of the first that is none."""
-    try:
-        table = np.array(list(map(float, words))).reshape(-1, wide)
-    except ValueError:
-        table = np.full((len(where), wide), np.nan)
-    if not np.isfinite(table).all() or "_" in "".join(words):
-        for k, word in enumerate(words):
-            number(path, where[k // wide], word, f"number {k % wide + 1} of the row")
-    return table
-
-
-def scan_of(header: Header, table: Values, place: Place, where: npt.NDArray[np.intp] | None) -> xr.Dataset:
+def scan_of(header: Header, table: Values, place: Place, where: npt.NDArray[np.int64] | None) -> xr.Dataset:
     """The Dataset of a file's rows, of which `where` are the lines."""
     size, count = header.dim
     parametrisation, channels, cosine = header.parametrisation, header.channels, header.text("PARAM_OUT") == WITH_COSINE

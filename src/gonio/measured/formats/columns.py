@@ -19,7 +19,8 @@ import xarray as xr
 from gonio.files import FormatError
 from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, sets, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import MOST_VALUES, clip, lines, number
+from gonio.measured.rows import Rows
+from gonio.measured.text import clip, lines
 
 COLUMNS = ("polar_in", "azimuth_in", "polar_out", "azimuth_out", "brdf")
 MOST = (90.0, 1e6, 90.0, 1e6)  # deg; an azimuth further round has lost its digits
@@ -51,10 +52,8 @@ def _is_number(word: bytes) -> bool:
 
 def _read(path: Path) -> xr.Dataset:
     comments: list[str] = []
-    where, words = _rows(path, comments)
-    if not where:
-        raise FormatError(path, "holds no rows of five numbers", "line 1")
-    polar_in, azimuth_in, polar_out, azimuth_out, brdf = _table(path, where, words).T
+    where, table = _rows(path, comments)
+    polar_in, azimuth_in, polar_out, azimuth_out, brdf = table.T
     if not np.any(np.nan_to_num(brdf)):
         raise FormatError(path, "every brdf value is zero or missing", f"line {where[0]}")
     turned_in = azimuth_in + np.where(polar_in < 0, 180.0, 0.0)
@@ -68,59 +67,31 @@ def _read(path: Path) -> xr.Dataset:
         (turned_out - turned_in) % 360.0,
         phi_i=phi_i if np.unique(phi_i).size > 1 else None,
         coordinates={} if wavelength is None else {"wavelength": np.full(len(where), wavelength)},
-        variables={"line": (np.array(where), "1")},
+        variables={"line": (where, "1")},
         provenance="\n".join(c for c in comments if c != _HEADING and not c.startswith(_HISTORY)),
         history="\n".join(c.removeprefix(_HISTORY) for c in comments if c.startswith(_HISTORY)),
     )
     return add_history(scan, history) if history else scan
 
 
-def _rows(path: Path, comments: list[str]) -> tuple[list[int], list[str]]:
-    """The line of each row, and the words of all rows; comments are put into the list."""
-    where: list[int] = []
-    found: list[str] = []
+def _rows(path: Path, comments: list[str]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """The line and the five numbers of each row; comments are put into the list."""
+    rows = Rows(path, COLUMNS, gaps=("brdf",))
     for line, text in lines(path):
         if "#" in text:
             text, _, remark = text.partition("#")
             comments.append(remark.strip())
-        words = text.replace(",", " ").split()
-        if not words:
-            continue
-        if len(words) != len(COLUMNS):
-            raise _wrong_row(path, line, text, words)
-        if len(found) > MOST_VALUES:
-            raise FormatError(path, f"holds more than {MOST_VALUES} numbers", f"line {line}")
-        where.append(line)
-        found += words
-    return where, found
-
-
-def _wrong_row(path: Path, line: int, text: str, words: list[str]) -> FormatError:
-    if len(text.split()) == len(COLUMNS):
-        return FormatError(path, f"{clip(text.strip())!r}: write decimal points, not commas", f"line {line}")
-    return FormatError(path, f"has {len(words)} numbers, not the five {', '.join(COLUMNS)}", f"line {line}")
-
-
-def _table(path: Path, where: list[int], words: list[str]) -> npt.NDArray[np.float64]:
-    """The numbers of all rows at once, or the error of the first row that is wrong."""
-    try:
-        table = np.array(list(map(float, words))).reshape(-1, len(COLUMNS))
-    except ValueError:
-        table = np.full((len(where), len(COLUMNS)), np.inf)
-    good = (np.abs(table[:, :4]) <= MOST).all() and not np.isinf(table[:, 4]).any() and "_" not in "".join(words)
-    if not good:
-        for k, line in enumerate(where):
-            _check_row(path, line, words[k * len(COLUMNS) : (k + 1) * len(COLUMNS)])
-    return table
-
-
-def _check_row(path: Path, line: int, words: list[str]) -> None:
-    for name, word, most in zip(COLUMNS, words, (*MOST, np.inf), strict=True):
-        if name == "brdf" and word.lower() == "nan":
-            continue
-        value = number(path, line, word, name)
-        if abs(value) > most:
-            raise FormatError(path, f"{name} is {value:g} deg, outside {-most:g} to {most:g}", f"line {line}")
+        words = text.replace(",", " ").split() if "," in text else text.split()
+        if len(words) > len(COLUMNS) == len(text.split()):
+            raise FormatError(path, f"{clip(text.strip())!r}: write decimal points, not commas", f"line {line}")
+        if words:
+            rows.add(line, words)
+    where, table = rows.table()
+    if (beyond := np.abs(table[:, :4]) > MOST).any():
+        row, column = np.unravel_index(int(beyond.argmax()), beyond.shape)
+        what = f"{COLUMNS[column]} is {table[row, column]:g} deg, outside {-MOST[column]:g} to {MOST[column]:g}"
+        raise FormatError(path, what, f"line {where[row]}")
+    return where, table
 
 
 def _wavelength(comments: list[str]) -> tuple[float | None, str]:

@@ -41,7 +41,7 @@ def _recognises(head: bytes) -> bool:
 def _read(path: Path) -> xr.Dataset:
     file = Bytes(path)
     if file.size != SIZE:
-        what = f"numbers without a header, as in a UTIA file, but that has {SIZE} bytes and this one {file.size}"
+        what = f"holds {file.size} bytes of numbers without a header, and a UTIA file {SIZE}"
         raise file.wrong(what, min(file.size, SIZE))
     stored = file.array("<f8", (len(CHANNELS), *SHAPE), "the table")
     if not (finite := np.isfinite(stored)).all():

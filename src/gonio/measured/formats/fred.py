@@ -40,8 +40,10 @@ def _recognises(head: bytes) -> bool:
 def _read(path: Path) -> xr.Dataset:
     source = ((n, text.replace(",", " ").split()) for n, text in lines(path))
     rows = ((n, words) for n, words in source if words)
-    next(rows)  # recognised already
-    options, scale = _options(path, *next(rows, (1, [])))
+    line, words = next(rows, (1, []))
+    if [word.lower() for word in words] != ["type", "bsdf_data"]:
+        raise FormatError(path, f"{clip(' '.join(words))!r} where 'type bsdf_data' was expected", f"line {line}")
+    options, scale = _options(path, *next(rows, (line, [])))
     specular, sections, table, places = _table(path, rows)
     theta_i, phi_spec = _angles(path, options["angles"], specular, sections, "specular")
     theta_r, phi_scat = _angles(path, options["angles"], table[:, :2], places, "scattered")

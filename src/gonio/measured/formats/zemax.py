@@ -252,9 +252,7 @@ def _symmetry(scan: xr.Dataset, axes: dict[str, npt.NDArray[np.float64]], dims: 
     return "Asymmetrical4D" if "phi_i" in dims else "Asymmetrical"
 
 
-def _stored_tis(
-    scan: xr.Dataset, dims: tuple[str, ...], shape: tuple[int, ...]
-) -> npt.NDArray[np.float64] | None:
+def _stored_tis(scan: xr.Dataset, dims: tuple[str, ...], shape: tuple[int, ...]) -> npt.NDArray[np.float64] | None:
     """The TIS that was read with the values, where it is still there for each table."""
     if "tis" not in scan or set(scan["tis"].dims) != set(dims[:-2]) or not np.isfinite(scan["tis"].values).all():
         return None

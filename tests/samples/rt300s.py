@@ -20,7 +20,7 @@ def sheet(columns: Sequence[Sequence[float]]) -> bytes:
     """Columns of azimuth, incidence, receive and RT under the labels; numbers in each of the ways Excel stores them."""
     cells = [record(0x0809, struct.pack("<HHHHII", 0x0600, 0x10, 0, 0, 0, 0))]
     cells += [record(0x00FD, struct.pack("<HHHI", row, 0, 0, row)) for row in range(len(LABELS))]
-    for i, (azimuth, incidence, receive, rt) in enumerate(columns, start=1):
+    for i, (azimuth, _, receive, rt) in enumerate(columns, start=1):
         cells.append(record(0x00FD, struct.pack("<HHHI", 0, i, 0, len(LABELS))))
         cells.append(record(0x027E, struct.pack("<HHHI", 1, i, 0, 40000 << 2 | 2)))
         cells.append(record(0x027E, struct.pack("<HHHI", 2, i, 0, (int(azimuth) << 2 | 2) & 0xFFFFFFFF)))

@@ -88,10 +88,8 @@ def _steps(
     steps += [f"subtracted the blank, {_origin(blank)}"] if blank is not None else []
     steps += ["subtracted the least signal of each scan"] if floor else []
     if shadow is not None:
-        steps += [
-            f"left out {out} values within {shadow.along:g} deg of the incident direction and {shadow.azimuth:g} deg of "
-            "its plane, where the receiver shadows the beam"
-        ]
+        near = f"within {shadow.along:g} deg of the incident direction and {shadow.azimuth:g} deg of its plane"
+        steps += [f"left out {out} values {near}, where the receiver shadows the beam"]
     return [
         *steps,
         f"averaged repeats and mirrored directions, up to {most} values each; uncertainties are of the mean",
@@ -99,7 +97,7 @@ def _steps(
 
 
 def _signal(flat: xr.Dataset) -> Array:
-    """pi f cos(theta_r)."""
+    """The signal, pi f cos(theta_r)."""
     return np.asarray(flat["brdf"].values * np.pi * np.cos(np.radians(flat["theta_r"].values)), dtype=float)
 
 

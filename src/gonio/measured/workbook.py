@@ -129,7 +129,7 @@ class _Workbook:
 
     def records(self, start: int) -> list[tuple[int, int, bytes]]:
         """Kind, place in the stream and body of the records from a beginning to its end."""
-        found = []
+        found: list[tuple[int, int, bytes]] = []
         at = start
         while True:
             if at + 4 > len(self.stream):

@@ -5,8 +5,8 @@ chain is checked against the file before it is followed, so that a damaged file 
 """
 
 import struct
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,17 +14,16 @@ import numpy.typing as npt
 from gonio.files import FormatError
 
 MAGIC = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
-MOST_BYTES = 64 * 2**20  # 65 536 rows of 256 numbers are 59 MB
+MOST_BYTES = 16 * 2**20  # 11 sheets of 254 columns with every wavelength in steps of 1 nm
 SMALLEST = 4096  # bytes; a smaller stream lies elsewhere, and no sheet of a goniometer is so small
-BOF, EOF, BOUNDSHEET, SST, CONTINUE, FILEPASS = 0x0809, 0x000A, 0x0085, 0x00FC, 0x003C, 0x002F
+BOF, EOF, BOUNDSHEET, SST, CONTINUE, FILEPASS, DATEMODE = 0x0809, 0x000A, 0x0085, 0x00FC, 0x003C, 0x002F, 0x0022
 NUMBER, RK, MULRK, LABELSST, LABEL, FORMULA = 0x0203, 0x027E, 0x00BD, 0x00FD, 0x0204, 0x0006
 BIFF8 = 0x0600
 
 Cells = dict[tuple[int, int], "Cell"]
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(NamedTuple):
     """A number or a text, and the byte of the file where its record begins."""
 
     value: float | str
@@ -73,7 +72,7 @@ class _Container:
         wanted, extra = struct.unpack_from("<I", self.content, 44)[0], struct.unpack_from("<I", self.content, 68)[0]
         listed = list(struct.unpack_from("<109I", self.content, 76))
         for _ in range(self.count):
-            if extra >= self.count:
+            if extra >= self.count or len(listed) >= wanted:
                 break
             more = self._numbers(extra)
             listed += more[:-1].tolist()
@@ -87,9 +86,8 @@ class _Container:
         sector = start
         while sector < 0xFFFFFFFA:
             if sector >= min(self.count, len(self.table)) or len(found) > self.count:
-                raise self.wrong(
-                    f"the chain of {expected} leaves the file or runs in a circle", self.at(found[-1]) if found else 48
-                )
+                at = self.at(found[-1]) if found else 48
+                raise self.wrong(f"the chain of {expected} leaves the file or runs in a circle", at)
             found.append(sector)
             sector = int(self.table[sector])
         return found
@@ -119,6 +117,7 @@ class _Workbook:
     def __init__(self, path: Path, content: bytes) -> None:
         self.file = _Container(path, content)
         self.stream, self.sectors = self.file.stream("Workbook", "Book")
+        self.left = 0  # bytes that sheets may still take
 
     def wrong(self, what: str, at: int) -> FormatError:
         return self.file.wrong(what, self.place(at))
@@ -130,7 +129,7 @@ class _Workbook:
 
     def records(self, start: int) -> list[tuple[int, int, bytes]]:
         """Kind, place in the stream and body of the records from a beginning to its end."""
-        found = []
+        found: list[tuple[int, int, bytes]] = []
         at = start
         while True:
             if at + 4 > len(self.stream):
@@ -151,8 +150,11 @@ class _Workbook:
             raise self.wrong("is older than Excel 97: save it as .xls of Excel 97 or later", 0)
         if locked := [at for kind, at, _ in listed if kind == FILEPASS]:
             raise self.wrong("is locked by a password: save it without one", locked[0])
+        if late := [at for kind, at, body in listed if kind == DATEMODE and body[:2] == b"\1\0"]:
+            raise self.wrong("counts its days from 1904: save it with those from 1900", late[0])
         texts = self._shared_texts(listed)
         found: dict[str, Cells] = {}
+        self.left = len(self.stream)
         for kind, at, body in listed:
             if kind == BOUNDSHEET and len(body) >= 8 and body[5] == 0:
                 name = _text(body[8:], body[6], body[7])
@@ -166,7 +168,11 @@ class _Workbook:
 
     def _cells(self, start: int, texts: list[str]) -> Cells:
         found: Cells = {}
-        for kind, at, body in self.records(start):
+        records = self.records(start)
+        self.left -= records[-1][1] - start
+        if self.left < 0:  # each byte is of one sheet
+            raise self.wrong("sheets lie over each other", start)
+        for kind, at, body in records:
             if kind not in (NUMBER, RK, MULRK, LABELSST, LABEL, FORMULA):
                 continue
             if len(body) < 10:

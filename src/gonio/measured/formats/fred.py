@@ -40,8 +40,10 @@ def _recognises(head: bytes) -> bool:
 def _read(path: Path) -> xr.Dataset:
     source = ((n, text.replace(",", " ").split()) for n, text in lines(path))
     rows = ((n, words) for n, words in source if words)
-    next(rows)  # recognised already
-    options, scale = _options(path, *next(rows, (1, [])))
+    line, words = next(rows, (1, []))
+    if [word.lower() for word in words] != ["type", "bsdf_data"]:
+        raise FormatError(path, f"{clip(' '.join(words))!r} where 'type bsdf_data' was expected", f"line {line}")
+    options, scale = _options(path, *next(rows, (line, [])))
     specular, sections, table, places = _table(path, rows)
     theta_i, phi_spec = _angles(path, options["angles"], specular, sections, "specular")
     theta_r, phi_scat = _angles(path, options["angles"], table[:, :2], places, "scattered")
@@ -134,9 +136,10 @@ def _angles(path: Path, kind: str, pairs: Array, places: Lines, what: str) -> tu
     if kind == "sin":
         sine = np.hypot(pairs[:, 0], pairs[:, 1])
         _refuse(path, places, sine > 1 + 1e-9, f"the direction cosines of a {what} direction are beyond 1")
-        azimuth = np.degrees(np.arctan2(pairs[:, 1], pairs[:, 0]))
-        return np.degrees(np.arcsin(np.minimum(sine, 1.0))), np.round(azimuth, DECIMALS)
-    theta, azimuth = pairs[:, 0], pairs[:, 1]
+        azimuth = np.round(np.degrees(np.arctan2(pairs[:, 1], pairs[:, 0])), DECIMALS)
+        theta: Array = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
+        return theta, azimuth
+    theta, azimuth = pairs.T
     _refuse(path, places, np.abs(theta) > 90, f"the polar angle of a {what} direction is outside -90 to 90 deg")
     _refuse(path, places, np.abs(azimuth) > 360, f"the azimuth of a {what} direction is outside -360 to 360 deg")
     return np.abs(theta), np.where(theta < 0, azimuth + 180.0, azimuth)

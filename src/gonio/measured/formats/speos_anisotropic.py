@@ -40,7 +40,7 @@ from gonio.measured.speos import (
     scaled,
     table,
 )
-from gonio.measured.speos_spectrum import Spectrum, scale_of, separated
+from gonio.measured.speos_spectrum import Spectrum, rounded, scale_of, separated
 
 TITLE = "Speos anisotropic BSDF"
 VERSIONS = ("7.0", "8.0")
@@ -127,7 +127,8 @@ def _bsdfs(
     turned = len({anisotropy for anisotropy, _ in places}) > 1 or places[0][0] != 0
     highest = float(spectrum.parts[reference])
     ratios = {
-        float(n): float(p / highest) if highest else 1.0 for n, p in zip(spectrum.nm, spectrum.parts, strict=True)
+        float(n): rounded(float(p) / highest) if highest else 1.0
+        for n, p in zip(spectrum.nm, spectrum.parts, strict=True)
     }
     told: list[tuple[dict[str, str | float], float]] = [({"mode": mode}, 1.0)]
     if not flat:

@@ -22,7 +22,7 @@ from gonio.measured.hemispheres import SAME, Values, in_words
 from gonio.measured.text import clip, lines
 
 LONGEST = 1 << 20  # bytes of a line: a row of 0.01 deg steps in full precision
-MOST_VALUES = 10_000_000  # a table times its wavelengths
+MOST_VALUES = 8_000_000  # a table times its wavelengths
 MODES = ("reflection", "transmission")
 FORWARD = 180.0  # deg, phi of the forward direction
 GRAZING = 1e-6  # cosine below which an intensity says nothing of the BSDF

@@ -23,6 +23,7 @@ sample that is not turned is at an azimuth of 90 deg: phi = azimuth - 90. Only s
 other. A TIS that is not the integral of its table is kept as the variable `tis`; without one it is computed.
 """
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +35,7 @@ from gonio.files import FormatError
 from gonio.measured import hemispheres
 from gonio.measured.dataset import ABSOLUTE
 from gonio.measured.format import Format, Holds
-from gonio.measured.hemispheres import Hemisphere, Values, in_words
+from gonio.measured.hemispheres import SAME, Hemisphere, Values, in_words
 from gonio.measured.text import Words, clip, lines
 
 TITLE = "LightTools BSDF"
@@ -80,7 +81,7 @@ def _read(path: Path) -> xr.Dataset:
     if len({tuple(block.sets) for block in blocks}) > 1:
         raise words.wrong("some blocks state a Wavelength and others do not: state it in all, or in none")
     history = []
-    if all(b.scalars["tis"] == _integral(b) for b in blocks):
+    if all(math.isclose(b.scalars["tis"], _integral(b), rel_tol=SAME, abs_tol=SAME) for b in blocks):
         blocks = [replace(b, scalars={}) for b in blocks]
     else:
         history = ["tis is the TIS of the file, which is not the integral of its values"]

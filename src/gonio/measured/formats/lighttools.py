@@ -142,7 +142,7 @@ def _block(words: Words, spectral: str, azimuths: Values, theta_r: Values) -> tu
         azimuths, table = azimuths[::-1], table[:, ::-1]
     azimuths, table = hemispheres.without_closing(azimuths, table)
     sets = {name: told[name] for name in OWN if name in told}
-    phi = (azimuths - PLANE) % 360.0
+    phi = hemispheres.turned(azimuths - PLANE)
     aoi, tis = float(told["AOI"]), float(told["TIS"])
     return Hemisphere(aoi, theta_r, phi, table, sets=sets, scalars={"tis": tis}), at
 
@@ -200,7 +200,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     theta_r, phi = brdf["theta_r"].values, brdf["phi"].values
     if brdf.sizes["phi_i"] > 1:
         raise ValueError(f"{TITLE} holds no turned surfaces that gonio could verify: select one phi_i")
-    azimuths = np.array(hemispheres.written(phi, lambda p: (p + PLANE) % 360.0, lambda a: (a - PLANE) % 360.0))
+    azimuths = hemispheres.turned(phi + PLANE)
     order = np.argsort(azimuths)
     closing = [azimuths[order[0]] + 360] if azimuths[order[0]] == 0 and len(order) > 1 else []
     closed = [*order, order[0]] if closing else [*order]

@@ -218,7 +218,7 @@ def _directions(block: Block) -> np.ndarray:
     """theta_i, theta_r, phi [deg] and values of one block, (4, n)."""
     rows = np.array(block.rows)
     theta, azimuth = np.meshgrid(rows[:, 0], np.array(block.azimuths), indexing="ij")
-    phi = np.where(theta >= 0, azimuth + TURN_ABOVE, azimuth + TURN_BELOW) % 360.0
+    phi = hemispheres.turned(np.where(theta >= 0, azimuth + TURN_ABOVE, azimuth + TURN_BELOW))
     columns = (np.full(theta.shape, block.theta_i), np.abs(theta), phi, rows[:, 1:])
     return np.stack([column.ravel() for column in columns])
 

@@ -136,7 +136,7 @@ def _bsdfs(
     found = []
     for (anisotropy, theta_i), each in zip(places, tables, strict=True):
         theta_r, phi, values = bsdf(each, whole)
-        phi_i = (HALF_TURN - anisotropy) % 360.0 if turned else None
+        phi_i = float(hemispheres.turned(HALF_TURN - anisotropy)) if turned else None
         for sets, ratio in told:
             part = scaled(values, ratio)
             found.append(Hemisphere(theta_i, theta_r, phi, part, phi_i=phi_i, sets=sets))
@@ -164,11 +164,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     brdf, directions = grid_of(scan, ("mode", "wavelength"), TITLE)
     modes = [str(mode) for mode in brdf["mode"].values]
     comment, description, vector = provenance_rows(scan)
-    turned = hemispheres.written(
-        np.nan_to_num(brdf["phi_i"].values, nan=HALF_TURN),
-        lambda p: (HALF_TURN - p) % 360.0,
-        lambda a: (HALF_TURN - a) % 360.0,
-    )
+    turned = hemispheres.turned(HALF_TURN - np.nan_to_num(brdf["phi_i"].values, nan=HALF_TURN))
     order = np.argsort(turned)
     incidences = brdf["theta_i"].values.tolist()
     lists = [str(len(turned)), in_words(turned[k] for k in order)]

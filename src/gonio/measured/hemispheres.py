@@ -5,7 +5,7 @@ back. A Dataset is dense where every table has the same directions, and a flat s
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -101,15 +101,14 @@ def in_words(numbers: Iterable[float]) -> str:
     return " ".join(repr(float(n)).removesuffix(".0") for n in numbers)
 
 
-def written(values: Values, there: Callable[[float], float], back: Callable[[float], float]) -> list[float]:
-    """The numbers `there` of a file that are read `back` as exactly these values, short ones first."""
-    return [_written(float(value), there, back) for value in values]
+def tidy(angles: npt.ArrayLike) -> Values:
+    """Angles [deg] to nine decimals: what a turn or a supplement adds to them by rounding is gone, there and back."""
+    return np.round(np.asarray(angles, dtype=float), 9) + 0.0
 
 
-def _written(value: float, there: Callable[[float], float], back: Callable[[float], float]) -> float:
-    exact = there(value)
-    beside = (math.nextafter(exact, -math.inf), math.nextafter(exact, math.inf))
-    return next((n for n in (round(exact, 9), exact, *beside) if back(n) == value), exact)
+def turned(angles: npt.ArrayLike) -> Values:
+    """Azimuths [deg] from 0 up to 360, to nine decimals."""
+    return tidy(np.asarray(angles, dtype=float) % 360.0) % 360.0
 
 
 def dataset(
@@ -226,7 +225,7 @@ def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
     system = system_of(scan)
     if system is not None and system.name == "spherical":
         kept = [n for n in names if n != "phi_i" or anisotropic]
-        return grid("spherical", **{n: np.unique(scan[n].values) for n in kept})
+        return grid("spherical", **{n: np.unique(tidy(scan[n].values)) for n in kept})
     flat = flatten(scan)
     theta_i = np.unique(flat["theta_i"].values.round(6))
     if len(theta_i) > MOST_INCIDENCES:

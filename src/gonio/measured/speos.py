@@ -22,7 +22,7 @@ from gonio.measured.hemispheres import SAME, Values, in_words
 from gonio.measured.text import clip, lines
 
 LONGEST = 1 << 20  # bytes of a line: a row of 0.01 deg steps in full precision
-MOST_VALUES = 10_000_000  # a table times its wavelengths
+MOST_VALUES = 8_000_000  # a table times its wavelengths
 MODES = ("reflection", "transmission")
 FORWARD = 180.0  # deg, phi of the forward direction
 GRAZING = 1e-6  # cosine below which an intensity says nothing of the BSDF
@@ -161,6 +161,7 @@ def table(rows: Rows, mode: str, kind: int) -> Table:
     theta = hemispheres.axis(rows.path, rows.line, values[:, 0].tolist(), "theta", low, high)
     if mode == MODES[1]:
         theta = 180.0 - theta
+    theta = hemispheres.tidy(theta)
     up, round_ = np.argsort(theta), np.argsort(phi)
     theta, phi, values = theta[up], phi[round_], values[:, 1:][np.ix_(up, round_)]
     goes_round = hemispheres.is_round(phi)
@@ -176,7 +177,7 @@ def bsdf(found: Table, scale: float) -> tuple[Values, Values, Values]:
         cosine = np.cos(np.radians(theta))
         kept = cosine > GRAZING
         theta, values = theta[kept], values[kept] / cosine[kept, None]
-    return theta, (found.azimuths + FORWARD) % 360.0, scaled(values, scale)
+    return theta, hemispheres.turned(found.azimuths + FORWARD), scaled(values, scale)
 
 
 def scaled(values: Values, scale: float) -> Values:
@@ -225,15 +226,15 @@ class Directions:
     @classmethod
     def of(cls, theta_r: Values, phi: Values, title: str) -> "Directions":
         """Those of a grid; ValueError where its azimuths do not go all round."""
-        forward = hemispheres.written(phi, lambda p: (p - FORWARD) % 360.0, lambda a: (a + FORWARD) % 360.0)
+        forward = hemispheres.turned(phi - FORWARD).tolist()
         columns = np.argsort(forward).tolist()
         azimuths = [forward[c] for c in columns]
         if azimuths[0] == 0:
             azimuths, columns = [*azimuths, 360.0], [*columns, columns[0]]
         if not hemispheres.is_round(np.array(azimuths)):
             raise ValueError(f"{title} holds azimuths all round: resample the scan onto such a grid")
-        far = hemispheres.written(theta_r, lambda t: 180.0 - t, lambda t: 180.0 - t)
-        return cls(dict(zip(MODES, (theta_r.tolist(), far), strict=True)), azimuths, columns)
+        near, far = hemispheres.tidy(theta_r).tolist(), hemispheres.tidy(180.0 - theta_r).tolist()
+        return cls(dict(zip(MODES, (near, far), strict=True)), azimuths, columns)
 
     def lines(self, mode: str, values: Values) -> list[str]:
         """One table, values (theta_r, phi), as lines."""

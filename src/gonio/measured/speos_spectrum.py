@@ -26,6 +26,11 @@ class Spectrum:
         return len(self.nm) > 1 and bool((self.parts == self.parts[0]).all())
 
 
+def rounded(ratio: float) -> float:
+    """A part of the highest percentage to 12 digits, so that it survives being written as a percentage."""
+    return float(f"{ratio:.12g}")
+
+
 def scale_of(places: Sequence[tuple[float, float]], tables: Sequence[Table], spectrum: Spectrum) -> float:
     """What makes the integral of the tables one at the spectrum's angles; NaN where there is nothing to scale by."""
     angles = np.array([anisotropy for anisotropy, _ in places])
@@ -64,7 +69,7 @@ def separated(brdf: xr.DataArray, first: int, title: str) -> tuple[Values, tuple
         nm, percent = np.array(FLAT), [highest, highest]
     else:
         ratios = [_ratio(one, part, title) for part in values]
-        percent = [_written(ratio, highest) for ratio in ratios]
+        percent = [ratio * highest for ratio in ratios]
     rows = [in_words(pair).replace(" ", "\t") for pair in zip(nm.tolist(), percent, strict=True)]
     return one, (float(brdf["theta_i"].values[incidence]), rows)
 
@@ -73,19 +78,12 @@ def _ratio(one: Values, other: Values, title: str) -> float:
     """The number that makes `one` to `other`, exactly where there is such a number."""
     top = np.unravel_index(int(one.argmax()), one.shape)
     ratio = float(other[top] / one[top]) if one[top] else 1.0
-    near = (ratio, math.nextafter(ratio, 0.0), math.nextafter(ratio, math.inf))
-    exact = next((r for r in near if (one * r == other).all()), None)
-    if exact is None and np.abs(one * ratio - other).max() > SAME * one.max():
+    exact = rounded(ratio)
+    if (one * exact == other).all():
+        return exact
+    if np.abs(one * ratio - other).max() > SAME * one.max():
         raise ValueError(
             f"{title} holds one table times a spectrum, and the wavelengths differ in more: "
             "select one wavelength, or write speos-brdf"
         )
-    return ratio if exact is None else exact
-
-
-def _written(ratio: float, highest: float) -> float:
-    """A percentage that is read as this part of the highest."""
-    if not highest:
-        return 0.0
-    parts = (ratio * highest, *(math.nextafter(ratio * highest, way) for way in (0.0, math.inf)))
-    return next((p for p in parts if (p / 100) / (highest / 100) == ratio), parts[0])
+    return ratio

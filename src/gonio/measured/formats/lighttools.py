@@ -23,6 +23,7 @@ sample that is not turned is at an azimuth of 90 deg: phi = azimuth - 90. Only s
 other. A TIS that is not the integral of its table is kept as the variable `tis`; without one it is computed.
 """
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +35,7 @@ from gonio.files import FormatError
 from gonio.measured import hemispheres
 from gonio.measured.dataset import ABSOLUTE
 from gonio.measured.format import Format, Holds
-from gonio.measured.hemispheres import Hemisphere, Values, in_words
+from gonio.measured.hemispheres import SAME, Hemisphere, Values, in_words
 from gonio.measured.text import Words, clip, lines
 
 TITLE = "LightTools BSDF"
@@ -80,7 +81,7 @@ def _read(path: Path) -> xr.Dataset:
     if len({tuple(block.sets) for block in blocks}) > 1:
         raise words.wrong("some blocks state a Wavelength and others do not: state it in all, or in none")
     history = []
-    if all(b.scalars["tis"] == _integral(b) for b in blocks):
+    if all(math.isclose(b.scalars["tis"], _integral(b), rel_tol=SAME, abs_tol=SAME) for b in blocks):
         blocks = [replace(b, scalars={}) for b in blocks]
     else:
         history = ["tis is the TIS of the file, which is not the integral of its values"]
@@ -141,7 +142,7 @@ def _block(words: Words, spectral: str, azimuths: Values, theta_r: Values) -> tu
         azimuths, table = azimuths[::-1], table[:, ::-1]
     azimuths, table = hemispheres.without_closing(azimuths, table)
     sets = {name: told[name] for name in OWN if name in told}
-    phi = (azimuths - PLANE) % 360.0
+    phi = hemispheres.turned(azimuths - PLANE)
     aoi, tis = float(told["AOI"]), float(told["TIS"])
     return Hemisphere(aoi, theta_r, phi, table, sets=sets, scalars={"tis": tis}), at
 
@@ -199,7 +200,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     theta_r, phi = brdf["theta_r"].values, brdf["phi"].values
     if brdf.sizes["phi_i"] > 1:
         raise ValueError(f"{TITLE} holds no turned surfaces that gonio could verify: select one phi_i")
-    azimuths = np.array(hemispheres.written(phi, lambda p: (p + PLANE) % 360.0, lambda a: (a - PLANE) % 360.0))
+    azimuths = hemispheres.turned(phi + PLANE)
     order = np.argsort(azimuths)
     closing = [azimuths[order[0]] + 360] if azimuths[order[0]] == 0 and len(order) > 1 else []
     closed = [*order, order[0]] if closing else [*order]

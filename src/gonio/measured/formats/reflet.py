@@ -61,6 +61,7 @@ def _read_text(path: Path) -> list[Block]:
     numbers: dict[str, float] = {}
     for line, text in lines(path):
         if _starts(text) == TEXT_START:
+            _with_rows(path, blocks)
             blocks.append(Block(line))
             numbers = {}
         if not text.strip():
@@ -79,6 +80,13 @@ def _read_text(path: Path) -> list[Block]:
         else:
             block.header.append(" ".join(text.split()))
             _heed(path, line, text, numbers)
+    return _with_rows(path, blocks)
+
+
+def _with_rows(path: Path, blocks: list[Block]) -> list[Block]:
+    """The blocks, the last of which holds rows."""
+    if blocks and not blocks[-1].rows:
+        raise FormatError(path, "the block holds no rows of values", f"line {blocks[-1].line}")
     return blocks
 
 
@@ -128,6 +136,7 @@ def _read_rtd(path: Path) -> list[Block]:
         while rows.peek().strip():
             block.rows.append(rows.numbers("a theta and its values", len(block.azimuths) + 1))
         _second_table(rows)
+        _with_rows(path, [block])
         blocks.append(block)
     return blocks
 
@@ -169,8 +178,6 @@ def _read(path: Path) -> xr.Dataset:
     blocks = _read_text(path) if form == TEXT_START else _read_rtd(path)
     for block in blocks:
         hemispheres.axis(path, block.line, [block.theta_i], "the incidence", 0.0, 90.0)
-        if not block.rows:
-            raise FormatError(path, "the block holds no rows of values", f"line {block.line}")
         thetas = [row[0] for row in block.rows]
         hemispheres.axis(path, block.line, thetas, "theta", -90.0, 90.0)
         hemispheres.axis(path, block.line, block.azimuths, "an azimuth", -360.0, 360.0)
@@ -211,7 +218,7 @@ def _directions(block: Block) -> np.ndarray:
     """theta_i, theta_r, phi [deg] and values of one block, (4, n)."""
     rows = np.array(block.rows)
     theta, azimuth = np.meshgrid(rows[:, 0], np.array(block.azimuths), indexing="ij")
-    phi = np.where(theta >= 0, azimuth + TURN_ABOVE, azimuth + TURN_BELOW) % 360.0
+    phi = hemispheres.turned(np.where(theta >= 0, azimuth + TURN_ABOVE, azimuth + TURN_BELOW))
     columns = (np.full(theta.shape, block.theta_i), np.abs(theta), phi, rows[:, 1:])
     return np.stack([column.ravel() for column in columns])
 

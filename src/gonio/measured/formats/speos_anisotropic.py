@@ -40,7 +40,7 @@ from gonio.measured.speos import (
     scaled,
     table,
 )
-from gonio.measured.speos_spectrum import Spectrum, scale_of, separated
+from gonio.measured.speos_spectrum import Spectrum, rounded, scale_of, separated
 
 TITLE = "Speos anisotropic BSDF"
 VERSIONS = ("7.0", "8.0")
@@ -127,7 +127,8 @@ def _bsdfs(
     turned = len({anisotropy for anisotropy, _ in places}) > 1 or places[0][0] != 0
     highest = float(spectrum.parts[reference])
     ratios = {
-        float(n): float(p / highest) if highest else 1.0 for n, p in zip(spectrum.nm, spectrum.parts, strict=True)
+        float(n): rounded(float(p) / highest) if highest else 1.0
+        for n, p in zip(spectrum.nm, spectrum.parts, strict=True)
     }
     told: list[tuple[dict[str, str | float], float]] = [({"mode": mode}, 1.0)]
     if not flat:
@@ -135,7 +136,7 @@ def _bsdfs(
     found = []
     for (anisotropy, theta_i), each in zip(places, tables, strict=True):
         theta_r, phi, values = bsdf(each, whole)
-        phi_i = (HALF_TURN - anisotropy) % 360.0 if turned else None
+        phi_i = float(hemispheres.turned(HALF_TURN - anisotropy)) if turned else None
         for sets, ratio in told:
             part = scaled(values, ratio)
             found.append(Hemisphere(theta_i, theta_r, phi, part, phi_i=phi_i, sets=sets))
@@ -163,11 +164,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     brdf, directions = grid_of(scan, ("mode", "wavelength"), TITLE)
     modes = [str(mode) for mode in brdf["mode"].values]
     comment, description, vector = provenance_rows(scan)
-    turned = hemispheres.written(
-        np.nan_to_num(brdf["phi_i"].values, nan=HALF_TURN),
-        lambda p: (HALF_TURN - p) % 360.0,
-        lambda a: (HALF_TURN - a) % 360.0,
-    )
+    turned = hemispheres.turned(HALF_TURN - np.nan_to_num(brdf["phi_i"].values, nan=HALF_TURN))
     order = np.argsort(turned)
     incidences = brdf["theta_i"].values.tolist()
     lists = [str(len(turned)), in_words(turned[k] for k in order)]

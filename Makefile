@@ -84,7 +84,8 @@ PEERS := .venv-peers
 crosscheck: $(PEERS)/.installed $(VENV)/.test $(VENV)/.gonio
 	$(PEERS)/bin/python tests/crosscheck/mitsuba_peer.py
 	$(PEERS)/bin/python tests/crosscheck/scatmech_peer.py
-	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py
+	$(PEERS)/bin/python tests/crosscheck/radiance_peer.py
+	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_radiance_peer.py
 
 $(PEERS)/.installed: requirements-crosscheck.lock
 	$(PYTHON) -m venv $(PEERS)

@@ -16,9 +16,10 @@ Mutation = Callable[[np.random.Generator, bytearray, bytes], bytearray]
 WHOLE = (2**62, -1, 0, 2**31, 2**31 - 1, 2**63 - 1, -(2**62), 1, 255, 65_535)
 REAL = (float("nan"), float("inf"), -1.0, 1e308, 0.0, 90.0000001, -0.0, 5e-324)
 NUMBERS = (
-    *(b"1e999", b"-1e999", b"nan", b"inf", b"-1", b"0", b"4611686018427387904", b"1,5", b"", b"1e-320", b"1e308", b"-0.0"),
-    *(b"90.0000001", b"0x10", b"1_000", "\uff11\uff12".encode(), b"1e", b"--1", b"1d3", b"+", b"." * 50, b"9" * 400, b"2147483648"),
-)  # fmt: skip
+    *(b"1e999", b"-1e999", b"nan", b"inf", b"-1", b"0", b"-0.0", b"1e-320", b"1e308", b"90.0000001"),
+    *(b"4611686018427387904", b"2147483648", b"9" * 400, b"1,5", b"", b"0x10", b"1_000", b"1e", b"--1", b"1d3"),
+    *(b"+", b"." * 50, "\uff11\uff12".encode()),
+)
 _NUMBER = re.compile(rb"[-+]?\d[\d.eE+-]*")
 _WORD = re.compile(rb"[A-Za-z_]\w+")
 _BRACES = ((b"{", b"}"), (b"[", b"]"), (b"(", b")"), (b"<a>", b"</a>"), (b'{"a":', b"}"), (b"{{", b""), (b"- ", b""))
@@ -223,7 +224,21 @@ def _utf16(rng, data, other):
 
 def _blank(rng, data, other):
     at = _place(rng, len(data) + 1)
-    blanks = (b" ", b"\t", b"\n", b"\n\n\n", b"\x0c", b"\0", "\u00a0".encode(), "\u2028".encode(), b"\x1b[31m", b"#", b";", b",", b'"')
+    blanks = (
+        b" ",
+        b"\t",
+        b"\n",
+        b"\n\n\n",
+        b"\x0c",
+        b"\0",
+        "\u00a0".encode(),
+        "\u2028".encode(),
+        b"\x1b[31m",
+        b"#",
+        b";",
+        b",",
+        b'"',
+    )
     data[at:at] = blanks[int(len(blanks) * rng.random())] * (1 if rng.random() < 0.8 else _length(rng, 17))
     return data
 

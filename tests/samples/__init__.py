@@ -1,1 +1,1 @@
-"""Small valid files of every format, one module a format module: `samples(folder)` writes them and returns the paths."""
+"""Small valid files, one module a format module: `samples(folder)` writes them and returns their paths."""

@@ -1,4 +1,4 @@
-"""NetCDF-3 as gonio writes it: a flat scan, and a dense grid in channels; and the classic variant with short offsets."""
+"""NetCDF-3 as gonio writes it, flat and on a dense grid in channels, and the classic variant with short offsets."""
 
 from pathlib import Path
 

@@ -7,7 +7,6 @@ from math import acos, atan2, cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 import xarray as xr
-from samples.merl import SCALES, samples, table
 
 from gonio import read, write
 from gonio.files import FormatError
@@ -18,6 +17,7 @@ from gonio.measured.formats import formats, recognise
 from gonio.measured.formats.merl import AXES, SHAPE, directions
 from gonio.measured.resample import resample
 from gonio.models import catalogue
+from samples.merl import SCALES, samples, table
 
 FORMAT = formats()["merl"]
 GGX = {"rho_s": 0.7, "rho_d": 0.2, "width": 0.3, "index": 1.5, "extinction": 0.0}
@@ -108,7 +108,8 @@ def test_invalid_cells_and_the_horizon_are_gaps(tmp_path):
     below = (scan["theta_i"].values > 90) | (scan["theta_r"].values > 90)
     missing = np.isnan(scan["brdf"].values)
     np.testing.assert_array_equal(missing[0], below)
-    assert missing[1].sum() == below.sum() + 1 and missing[1, 0, 0, 0]
+    assert missing[1].sum() == below.sum() + 1
+    assert missing[1, 0, 0, 0]
     assert f"1 of {numbers.size} cells hold no value" in scan.attrs["history"]
     assert f"left out {3 * below.sum()} values of cells whose middle lies below the horizon" in scan.attrs["history"]
 
@@ -119,10 +120,12 @@ def test_a_file_written_again_is_read_as_before(tmp_path):
         again = tmp_path / f"again_{path.name}"
         write(scan, again)
         xr.testing.assert_identical(read(again).drop_attrs(), scan.drop_attrs())
-        assert again.stat().st_size == path.stat().st_size and recognise(again) is FORMAT
+        assert again.stat().st_size == path.stat().st_size
+        assert recognise(again) is FORMAT
         missing = np.isnan(scan["brdf"].values)
         stored = np.frombuffer(again.read_bytes()[12:], "<f8").reshape(missing.shape)
-        assert (stored[missing] == -1).all() and (stored[~missing] >= 0).all()
+        assert (stored[missing] == -1).all()
+        assert (stored[~missing] >= 0).all()
 
 
 def test_three_colours_of_a_scan_without_channels(tmp_path):
@@ -253,7 +256,8 @@ def test_damage_is_named_with_its_place(tmp_path, content, where, what):
 @pytest.mark.parametrize("shape", [(0, 2, 2), (-1, 2, 2), (2**31 - 1, 2, 2), (2, 2, 4097)])
 def test_other_headers_are_not_recognised(shape):
     assert not FORMAT.recognises(table(shape, NUMBERS))
-    assert FORMAT.recognises(GOOD) and not FORMAT.recognises(GOOD[:11])
+    assert FORMAT.recognises(GOOD)
+    assert not FORMAT.recognises(GOOD[:11])
 
 
 def on_table(values, **extra):

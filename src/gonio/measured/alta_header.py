@@ -17,12 +17,13 @@ STREAM, END = b"#BEGIN_STREAM", b"#END_STREAM"
 
 
 def recognises(head: bytes, binary: bool) -> bool:
+    """Whether the lines that start with # have ALTA's keys, and say that numbers follow in binary, or do not."""
     start = head.removeprefix(b"\xef\xbb\xbf").replace(b"\r", b"\n").partition(STREAM)[0]
-    if b"\0" in start or not start.lstrip().startswith(b"#"):
-        return False
     words = [line[1:].split() for line in start.split(b"\n") if line.startswith(b"#")]
     keys = {row[0] for row in words if row}
-    return b"DIM" in keys and bool(keys & {b"PARAM_IN", b"PARAM_OUT"}) and ([b"FORMAT", b"binary"] in words) == binary
+    if not start.lstrip().startswith(b"#") or b"DIM" not in keys or not keys & {b"PARAM_IN", b"PARAM_OUT"}:
+        return False
+    return ([b"FORMAT", b"binary"] in words) == binary
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,16 @@ SMALLEST, LARGEST = 1e-9, 1e6  # of a number of such a file; other bytes taken a
 
 
 def _recognises(head: bytes) -> bool:
-    if len(head) < 8 * HEAD:
-        return False
+    """Whether the bytes are numbers of a BRDF as float64, and not so as float32."""
+    return len(head) >= 8 * HEAD and _plausible(head, "<f8") > 0.5 and _plausible(head, "<f4") < 0.9
+
+
+def _plausible(head: bytes, dtype: str) -> float:
+    """The share of numbers other than zero, 0 where one is no BRDF."""
+    sizes = np.abs(np.frombuffer(head[: 8 * HEAD], dtype))
     with np.errstate(invalid="ignore"):
-        sizes = np.abs(np.frombuffer(head[: 8 * HEAD], "<f8"))
-        return bool((((sizes >= SMALLEST) & (sizes <= LARGEST)) | (sizes == 0)).all() and (sizes > 0).mean() > 0.5)
+        good = ((sizes >= SMALLEST) & (sizes <= LARGEST)) | (sizes == 0)
+        return float((sizes > 0).mean()) if good.all() else 0.0
 
 
 def _read(path: Path) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Zemax's tabular BSDF (zemaxbsdf): BRDF or BTDF about the specular direction, one table an angle of incidence.
+"""Zemax's tabular BSDF (rykowski2008): BRDF or BTDF about the specular direction, one table an angle of incidence.
 
     Source  Measured
     Symmetry  PlaneSymmetrical | Asymmetrical | Asymmetrical4D

@@ -34,7 +34,7 @@ def reduce(
     floor: bool = True,
     shadow: Shadow | None = Shadow(),
 ) -> xr.Dataset:
-    """The BRDF of an isotropic sample from raw scans at the same directions (the recipe of loftbsdftools).
+    """The BRDF of an isotropic sample from raw scans at the same directions (the recipe of krell2026).
 
     Of each scan's signal, pi f cos(theta_r), the blank's is subtracted; with `floor` also the least value that is
     left, which sets the detector's zero; shadowed directions are left out. Values at one direction or its mirror image

@@ -137,12 +137,12 @@ def _angles(path: Path, kind: str, pairs: Array, places: Lines, what: str) -> tu
         sine = np.hypot(pairs[:, 0], pairs[:, 1])
         _refuse(path, places, sine > 1 + 1e-9, f"the direction cosines of a {what} direction are beyond 1")
         azimuth = np.round(np.degrees(np.arctan2(pairs[:, 1], pairs[:, 0])), DECIMALS)
-        theta: Array = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
-        return theta, azimuth
+        return np.asarray(np.degrees(np.arcsin(np.minimum(sine, 1.0))), dtype=float), np.asarray(azimuth, dtype=float)
     theta, azimuth = pairs.T
     _refuse(path, places, np.abs(theta) > 90, f"the polar angle of a {what} direction is outside -90 to 90 deg")
     _refuse(path, places, np.abs(azimuth) > 360, f"the azimuth of a {what} direction is outside -360 to 360 deg")
-    return np.abs(theta), np.where(theta < 0, azimuth + 180.0, azimuth)
+    turned: Array = np.where(theta < 0, azimuth + 180.0, azimuth)
+    return np.abs(theta), turned
 
 
 def _refuse(path: Path, places: Lines, bad: npt.NDArray[np.bool_], what: str) -> None:

@@ -1,7 +1,7 @@
 """Workbooks of the goniometer J&C RT-300S (.xls): one geometry a column, over as many sheets as it takes.
 
 Rows, found by their names in the first column: Method, Date, .., Azimuth, Incidence, Receive [deg], .., RT, then the
-spectrum. RT is the signal over that of a white diffuser: pi f cos(theta_r) (loftbsdftools), with the instrument's own
+spectrum. RT is the signal over that of a white diffuser: pi f cos(theta_r) (krell2026), with the instrument's own
 light in it until a blank is subtracted (gonio.measured.reduction). The azimuth turns the sample under the plane of the
 receiver: at -90 deg positive receive angles are forward.
 """

@@ -1,4 +1,4 @@
-"""Zemax's tabular BSDF (zemaxbsdf): BRDF or BTDF about the specular direction, one table an angle of incidence.
+"""Zemax's tabular BSDF (rykowski2008): BRDF or BTDF about the specular direction, one table an angle of incidence.
 
     Source  Measured
     Symmetry  PlaneSymmetrical | Asymmetrical | Asymmetrical4D
@@ -23,7 +23,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.coordinates import grid
-from gonio.measured.dataset import HORIZON, RELATIVE, SETS, add_history, unit
+from gonio.measured.dataset import HORIZON, RELATIVE, SETS, add_history, points, unit
 from gonio.measured.format import Format, Holds
 from gonio.measured.text import MOST_VALUES, Words, clip, lines
 
@@ -39,6 +39,7 @@ STARTS = (*CHANNELS["Monochrome"], *CHANNELS["XYZ"])
 DIMS = ("channel", "phi_i", "theta_i", "phi_s", "theta_s")  # the order of the file
 RADIAL = (0, 0.5, 1, 2, 3, 4, 5, 7.5, 10, 12.5, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 100, 120, 140, 160)
 STEP = 10.0  # deg, between azimuths
+MOST_ANGLES = 91  # of incidence, in the layout of a scan that is no grid
 LONGEST = 1_000_000  # bytes of a line: a row of radial values is long
 _HISTORY = "history: "
 _SIGNATURE = re.compile(rb"(?im)^[ \t]*(samplerotation|angleofincidence)[ \t]+[0-9]")
@@ -170,14 +171,23 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
     if {"theta_i", "phi_s", "theta_s"} <= set(scan["brdf"].dims):
         own = [d for d in DIMS[1:] if d in scan["brdf"].dims]
         return grid("specular", **{d: scan[d].values for d in own})
-    theta_i = np.unique(scan["theta_i"].values)
-    phi_i = np.unique(scan["phi_i"].values) if "phi_i" in scan.coords else np.zeros(1)
+    flat = points(scan)
+    theta_i = _few(flat["theta_i"].values, 5.0)
+    phi_i = _few(flat["phi_i"].values % 360.0, STEP) if "phi_i" in flat.coords else np.zeros(1)
     turned = len(phi_i) > 1
     sided = turned or scan.attrs.get("symmetry") == "anisotropic"
     axes = {"phi_i": phi_i} if turned else {}
     radial = [r for r in RADIAL if r <= 90 + theta_i.max()]
     azimuths = np.arange(0, 360 if sided else 180 + STEP, STEP)
     return grid("specular", **axes, theta_i=theta_i, phi_s=azimuths, theta_s=radial)
+
+
+def _few(angles: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
+    """The distinct angles, or where there are very many those of a regular grid over their range [deg]."""
+    own = np.unique(angles)
+    if len(own) <= MOST_ANGLES:
+        return own
+    return np.arange(np.ceil(own[0] / step), np.floor(own[-1] / step) + 1) * step
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:

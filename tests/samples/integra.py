@@ -15,9 +15,12 @@ VARIANTS = {
     "plane.ddr": ";; steel, 2 mm\nSource Generated\nTypeSym PlaneSymmetrical\nTypeColorModel BW\n"
     "TypeData Luminance Absolute\n" + _AXES + _table("bw", _LOBES, "kbdf\n 1.0 0.5\n"),
     "rgb.ddt": "TypeSym ASymmetrical\r\nTypeColorModel RGB\r\nTypeData Luminance Absolute\r\n"
-    + (_AXES.replace("0 90 180", "0 120 240") + _table("red", _LOBES, "") + _table("green", _LOBES, "") + _table("blue", _LOBES, "")).replace(
-        "\n", "\r\n"
-    ),
+    + (
+        _AXES.replace("0 90 180", "0 120 240")
+        + _table("red", _LOBES, "")
+        + _table("green", _LOBES, "")
+        + _table("blue", _LOBES, "")
+    ).replace("\n", "\r\n"),
     "spectral.ddr": "TypeSym PlaneSymmetrical\nTypeColorModel spectral 2\nTypeData Intensity Absolute\n"
     + _AXES
     + _table("wl 450", _LOBES)

@@ -22,6 +22,7 @@ KINDS = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS = {"monochrome": ("",), "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z"), "spectrum": ()}
 SYSTEMS = ("spherical", "specular", "half_difference", "distorted_spherical")  # each _coordinate_system
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
+_OF_A_BLOCK = (*LISTS, "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA", "VERSION")
 LONGEST_LINE = 1_000_000  # bytes; lists of angles are long lines
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _REMARK = re.compile(r"(?:^|\s)#(?:\s|$)")
@@ -149,7 +150,7 @@ def read_blocks(path: Path) -> tuple[list[Block], list[str]]:
                 if kind in [b.kind for b in blocks]:
                     raise lines.wrong(f"a second block {kind}: a file has one of each kind")
                 blocks.append(_block(lines, kind, notes))
-            elif re.fullmatch(r"[A-Z][A-Z0-9_]*", key) and key != "DATA" and key not in LISTS:
+            elif re.fullmatch(r"[A-Z][A-Z0-9_]*", key) and key not in _OF_A_BLOCK:
                 notes.append(f"{key} {rest.strip()}")
             else:
                 raise lines.wrong(f"{clip(entry)!r} where an entry or DATA_TYPE was expected")
@@ -241,4 +242,6 @@ def _check_block(lines: _Lines, block: Block) -> None:
     if not is_specular and block.params[3][-1] > high:
         raise lines.wrong(f"PARAM3_LIST reaches {block.params[3][-1]:g} deg, beyond the {high} of its REDUCTION_TYPE")
     if block.system == "spherical" and block.reductions and len(block.params[1]) > 1:
-        raise lines.wrong("bilateral_symmetry of data that depend on PARAM1, the incoming azimuth: none follows from it")
+        raise lines.wrong(
+            "bilateral_symmetry of data that depend on PARAM1, the incoming azimuth: none follows from it"
+        )

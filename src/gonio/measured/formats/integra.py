@@ -195,7 +195,9 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
         raise ValueError("an Integra file has a grid about the mirror direction, and the scan has none: gonio.convert")
     modes = set(np.atleast_1d(scan["mode"].values).tolist()) if "mode" in scan.coords else set()
     if modes and modes != {"transmission" if is_transmitted else "reflection"}:
-        raise ValueError(f"light of {' and '.join(sorted(modes))} in one file: .ddr is for reflection, .ddt for the other")
+        raise ValueError(
+            f"light of {' and '.join(sorted(modes))} in one file: .ddr is for reflection, .ddt for the other"
+        )
     names, tables = tables_of(scan, tuple(n for n in _FILE_ORDER if n in scan["brdf"].dims))
     colours, keys = colour_words(names)
     axes = {key: scan[n].values for n, key in AXES.items() if n in scan["brdf"].dims}
@@ -225,7 +227,7 @@ def _symmetry(axes: dict[str, Values]) -> str:
 
 
 def _luminance(brdf: Values) -> Values:
-    """pi times the BRDF, moved by the last digit where the BRDF then comes back as it was."""
+    """Pi times the BRDF, moved by the last digit where the BRDF then comes back as it was."""
     product = brdf * np.pi
     for near in (np.nextafter(product, -np.inf), np.nextafter(product, np.inf)):
         product = np.where((product / np.pi != brdf) & (near / np.pi == brdf), near, product)

@@ -68,7 +68,9 @@ def _specular(path: Path, blocks: list[Block]) -> xr.Dataset:
     """The scan of the first specular table, where a file has nothing else."""
     block = blocks[0]
     if len(block.params[1]) > 1:
-        raise FormatError(path, "a specular table that depends on PARAM1, the incoming azimuth, is not read", block.where)
+        raise FormatError(
+            path, "a specular table that depends on PARAM1, the incoming azimuth, is not read", block.where
+        )
     values = block.values[0, 0, 0].T
     if np.any(values < 0) or not values.any():
         raise FormatError(path, "reflectances below zero, or all of them zero", block.where)
@@ -118,7 +120,7 @@ def _below(directions: xr.Dataset, dims: tuple[str, ...]) -> npt.NDArray[np.bool
 
 
 def _whole(block: Block) -> tuple[Values, npt.NDArray[np.intp], list[str]]:
-    """The azimuths PARAM3 [deg] with what reductions left out, where a grid cannot say it; the row of each; in words."""
+    """The azimuths PARAM3 [deg] with what reductions left out where a grid cannot say it; the row of each; in words."""
     phi = block.params[3]
     rows = np.arange(len(phi))
     said = []
@@ -218,7 +220,13 @@ def _joined(scans: list[xr.Dataset]) -> xr.Dataset:
     both: xr.Dataset
     if first.drop_vars(["brdf", "mode"]).identical(second.drop_vars(["brdf", "mode"]).assign_attrs(first.attrs)):
         both = xr.concat(
-            scans, dim="mode", data_vars="all", coords="minimal", compat="override", join="override", combine_attrs="override"
+            scans,
+            dim="mode",
+            data_vars="all",
+            coords="minimal",
+            compat="override",
+            join="override",
+            combine_attrs="override",
         )
         return both.assign_attrs(history="\n".join(past))
     flats = [flatten(s) for s in scans]
@@ -229,7 +237,9 @@ def _joined(scans: list[xr.Dataset]) -> xr.Dataset:
     if any("phi_i" in f.coords for f in flats):
         flats = [f if "phi_i" in f.coords else f.assign_coords(phi_i=f["phi"] * 0.0) for f in flats]
     past.append("blocks on different grids: made flat")
-    both = xr.concat(flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts")
+    both = xr.concat(
+        flats, dim="direction", data_vars="all", coords="all", join="outer", combine_attrs="drop_conflicts"
+    )
     return both.assign_attrs(history="\n".join(past))
 
 
@@ -244,10 +254,10 @@ def _by_channel(flat: xr.Dataset) -> xr.Dataset:
 
 def _layout(scan: xr.Dataset) -> xr.Dataset:
     found = own_grid(scan, *_NAMES.values())
-    if found is not None and "phi" in found.dims and "phi_i" in found.dims:
-        if _relative(scan["phi"].values, -scan["phi_i"].values) is None:
-            return mirror_grid(scan)
-    return mirror_grid(scan) if found is None else found
+    is_turned = found is not None and {"phi", "phi_i"} <= set(found.dims)
+    if found is None or (is_turned and _relative(scan["phi"].values, -scan["phi_i"].values) is None):
+        return mirror_grid(scan)
+    return found
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
@@ -312,7 +322,9 @@ def _colours(scan: xr.Dataset) -> str:
 def _absolute(scan: xr.Dataset) -> tuple[Values, npt.NDArray[np.intp]]:
     found = _relative(scan["phi"].values, -scan["phi_i"].values)
     if found is None:
-        raise ValueError("the azimuths phi do not turn along with phi_i: an SSDD file has one list for all; gonio.convert")
+        raise ValueError(
+            "the azimuths phi do not turn along with phi_i: an SSDD file has one list for all; gonio.convert"
+        )
     return found
 
 

@@ -12,7 +12,8 @@
 
 What a mirror reflects is a Dirac lobe: it has no BRDF in 1/sr, and no energy follows from it as from one. So the scan
 has one direction an incidence angle, the mirror direction, in a.u.; `stored` says what the numbers are, and only such
-scans are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a comment.
+scans are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a
+comment of gonio's.
 """
 
 import functools

@@ -266,10 +266,11 @@ def test_promises_beyond_the_file_are_refused_before_they_are_kept(tmp_path):
 def test_binary_values_that_are_no_numbers_are_named_with_their_byte(tmp_path):
     head = GOOD[: GOOD.index("DATA ascii")].encode() + b"DATA binary\n"
     values = np.ones(12, dtype="<f4")
-    values[3] = np.nan
-    with pytest.raises(FormatError, match="nan") as error:
-        formats()["ssdd"].read(saved(tmp_path, head + values.tobytes()))
-    assert error.value.where == f"byte {len(head) + 12}"
+    for bits in (0x7F800000, 0x7FC00000, 0x7F800001):  # infinity, NaN, and a NaN that asks for a signal
+        values.view("<u4")[3] = bits
+        with pytest.raises(FormatError, match="a value is (inf|nan)") as error:
+            formats()["ssdd"].read(saved(tmp_path, head + values.tobytes()))
+        assert error.value.where == f"byte {len(head) + 12}"
     values[:] = 0
     with pytest.raises(FormatError, match="every brdf value is zero"):
         formats()["ssdd"].read(saved(tmp_path, head + values.tobytes()))

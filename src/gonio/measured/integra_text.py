@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.files import FormatError
 from gonio.measured.dataset import HORIZON
 from gonio.measured.text import MOST_VALUES, Words, clip, lines
 
@@ -145,7 +146,7 @@ def read_tables(words: Words, header: Header, each: int, factors: int) -> list[T
     if len(set(names)) < len(names):
         raise words.wrong("two tables have the same colour")
     if not any(t.values.any() for t in tables):
-        raise words.wrong("every value is zero: the detector saw nothing")
+        raise FormatError(words.path, "every value is zero: the detector saw nothing", f"line {tables[0].line}")
     return sorted(tables, key=lambda t: "RGB".find(t.name))
 
 

@@ -48,8 +48,8 @@ def _distinct(values: Values) -> Values:
 
 
 def _from_mirror(flat: xr.Dataset) -> Values:
-    angles = (flat[a].values.astype(float) for a in ("theta_i", "theta_r", "phi"))
-    return SYSTEMS["specular"].axes_of(*angles, np.zeros(()))[1]
+    theta_i, theta_r, phi = (flat[a].values.astype(float) for a in ("theta_i", "theta_r", "phi"))
+    return SYSTEMS["specular"].axes_of(theta_i, theta_r, phi, np.zeros(()))[1]
 
 
 def _step(theta_r: Values) -> float:

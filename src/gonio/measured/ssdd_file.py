@@ -22,7 +22,9 @@ KINDS = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS = {"monochrome": ("",), "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z"), "spectrum": ()}
 SYSTEMS = ("spherical", "specular", "half_difference", "distorted_spherical")  # each _coordinate_system
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
+_OF_A_BLOCK = (*LISTS, "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA", "VERSION")
 LONGEST_LINE = 1_000_000  # bytes; lists of angles are long lines
+_BATCH = 65_536  # bytes of a table that are read at once
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _REMARK = re.compile(r"(?:^|\s)#(?:\s|$)")
 
@@ -101,23 +103,55 @@ class _Lines:
             raise self.wrong(f"the table needs {4 * count} bytes, and the file has {left} left there")
         raw = self.data[self.at : self.at + 4 * count]
         self.at += 4 * count
-        values = np.frombuffer(raw, dtype="<f4").astype(float)
+        values = np.frombuffer(raw, dtype="<f4")
         if bad := np.flatnonzero(~np.isfinite(values)).tolist():
             raise FormatError(self.path, f"a value is {values[bad[0]]}", f"byte {self.start + 4 * bad[0]}")
-        return values
+        return values.astype(float)
 
     def ascii(self, rows: int, width: int) -> Values:
         if rows * 2 * width > len(self.data) - self.at + 1:
             raise self.wrong(f"the lists promise {rows} lines of values, more than the file is long")
         found: list[float] = []
         source = self.entries([])
-        for k in range(rows):
+        k = 0
+        while k < rows:
+            if batch := self._batch(rows - k, width):
+                found += batch
+                k += len(batch) // width
+                continue
             words = next(source, "").split()
             if len(words) != width:
                 what = f"{len(words)} values where a colour has {width}" if words else "the file ends"
                 raise self.wrong(f"{what}, in line {k + 1} of the {rows} lines of the table")
             found += self.numbers(words, f"value in line {k + 1} of the table")
+            k += 1
         return np.array(found)
+
+    def _batch(self, rows: int, width: int) -> list[float]:
+        """The values of many lines at once; none, and nothing taken, where a line is not as expected."""
+        chunk = self.data[self.at : self.at + _BATCH]
+        if chunk.count(b"\r") != chunk.count(b"\r\n") or b"_" in chunk:
+            return []
+        found: list[float] = []
+        length = lines = 0
+        for raw in chunk.split(b"\n")[:-1]:
+            if len(found) == rows * width:
+                break
+            length += len(raw) + 1
+            lines += 1
+            words = raw.split() if not raw.startswith(b"#") else []
+            if (words and b"#" in raw) or len(words) not in (0, width):
+                return []
+            try:
+                found += map(float, words)
+            except ValueError:
+                return []
+        if not all(map(math.isfinite, found)):
+            return []
+        if found:
+            self.at += length
+            self.line += lines
+        return found
 
     def numbers(self, words: list[str], expected: str) -> list[float]:
         try:
@@ -149,7 +183,7 @@ def read_blocks(path: Path) -> tuple[list[Block], list[str]]:
                 if kind in [b.kind for b in blocks]:
                     raise lines.wrong(f"a second block {kind}: a file has one of each kind")
                 blocks.append(_block(lines, kind, notes))
-            elif re.fullmatch(r"[A-Z][A-Z0-9_]*", key) and key != "DATA" and key not in LISTS:
+            elif re.fullmatch(r"[A-Z][A-Z0-9_]*", key) and key not in _OF_A_BLOCK:
                 notes.append(f"{key} {rest.strip()}")
             else:
                 raise lines.wrong(f"{clip(entry)!r} where an entry or DATA_TYPE was expected")

@@ -227,7 +227,7 @@ def _symmetry(axes: dict[str, Values]) -> str:
 
 
 def _luminance(brdf: Values) -> Values:
-    """pi times the BRDF, moved by the last digit where the BRDF then comes back as it was."""
+    """Pi times the BRDF, moved by the last digit where the BRDF then comes back as it was."""
     product = brdf * np.pi
     for near in (np.nextafter(product, -np.inf), np.nextafter(product, np.inf)):
         product = np.where((product / np.pi != brdf) & (near / np.pi == brdf), near, product)

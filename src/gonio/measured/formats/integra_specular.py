@@ -10,9 +10,10 @@
     green
      ..
 
-What a mirror reflects is a Dirac lobe: it has no BRDF in 1/sr, and no energy follows from it as from one. So the scan has
-one direction an incidence angle, the mirror direction, in a.u.; `quantity` says what the numbers are, and only such scans
-are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a comment.
+What a mirror reflects is a Dirac lobe: it has no BRDF in 1/sr, and no energy follows from it as from one. So the scan
+has one direction an incidence angle, the mirror direction, in a.u.; `quantity` says what the numbers are, and only such
+scans are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a
+comment of gonio's.
 """
 
 import functools
@@ -21,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.files import FormatError
 from gonio.measured.dataset import RELATIVE, add_history, flatten, make_scan, sets, unit
 from gonio.measured.format import Format, Holds
 from gonio.measured.integra_text import (
@@ -41,7 +43,7 @@ REFLECTANCE, TRANSMITTANCE = "specular reflectance", "specular transmittance"
 def specular_scan(
     theta_i: np.ndarray, values: np.ndarray, told: dict[str, np.ndarray], is_transmitted: bool, provenance: str = ""
 ) -> xr.Dataset:
-    """The scan of reflectances (set, theta_i) in the mirror direction; `told` has one value of each coordinate a set."""
+    """The scan of reflectances (set, theta_i) in the mirror direction; `told` has one value of a coordinate a set."""
     count, each = values.shape
     coordinates = {name: np.repeat(v, each) for name, v in told.items()}
     if is_transmitted:
@@ -65,9 +67,10 @@ def _read(path: Path) -> xr.Dataset:
     header = read_header(words)
     theta_i = header.axes["sigma"]
     tables = read_tables(words, header, len(theta_i), factors=0)
+    for table in tables:
+        if np.any(table.values < 0):
+            raise FormatError(path, f"a reflectance is {table.values.min():g}, below zero", f"line {table.line}")
     values = np.array([t.values for t in tables])
-    if np.any(values < 0):
-        raise words.wrong(f"a reflectance is {values.min():g}, below zero")
     whence = transmission(path, header)
     scan = specular_scan(theta_i, values, sets_of(tables), bool(whence), header.provenance)
     return add_history(scan, f"light that went through, {whence}") if whence else scan
@@ -85,8 +88,9 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
     if len(along) > 1 or not set(along) <= {"wavelength", "channel"}:
         raise ValueError(f"an Integra file has sets along wavelength or channel, not {' and '.join(along)}")
     name = next((n for n in ("wavelength", "channel") if n in flat.coords), "")
-    names = list(dict.fromkeys(flat[name].values.tolist())) if name else [""]
-    parts = [flat.isel(direction=np.flatnonzero(flat[name].values == n)) if name else flat for n in names]
+    each = np.broadcast_to(flat[name].values if name else "", flat.sizes["direction"])
+    names = list(dict.fromkeys(each.tolist()))
+    parts = [flat.isel(direction=np.flatnonzero(each == n)) for n in names]
     theta_i = parts[0]["theta_i"].values
     if any(not np.array_equal(p["theta_i"].values, theta_i) for p in parts) or np.any(np.diff(theta_i) <= 0):
         raise ValueError("the incidence angles do not ascend, or differ from channel to channel")

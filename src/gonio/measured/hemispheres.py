@@ -59,7 +59,7 @@ def axis(path: Path, line: int, values: Sequence[float], expected: str, low: flo
     if outside.size:
         raise FormatError(path, f"{expected} is {outside[0]:g}, outside {low:g} to {high:g}", f"line {line}")
     steps = np.diff(found)
-    if not ((steps > 0).all() or (steps < 0).all()):
+    if not ((steps > SAME).all() or (steps < -SAME).all()):
         raise FormatError(path, f"{expected} goes neither up nor down throughout: each once, in order", f"line {line}")
     return found
 

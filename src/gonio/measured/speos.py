@@ -81,7 +81,8 @@ class Rows:
         """So many numbers, over as many lines as they take."""
         found: list[float] = []
         while len(found) < count:
-            found += hemispheres.row(self.path, self.line, self.words(expected), expected)
+            words = self.words(expected)
+            found += hemispheres.row(self.path, self.line, words, expected)
         if len(found) > count:
             raise self.wrong(f"{len(found)} numbers of {expected} where there should be {count}")
         return found

@@ -50,7 +50,7 @@ def by_hand(text: str) -> dict[tuple, float]:
 
 @pytest.mark.parametrize("name", ["plain", "carriage_returns", "both_sides", "flat", "wavelengths", "colours"])
 def test_every_value_is_where_the_words_put_it(name, files):
-    """The azimuth phi is counted from the incident light, which comes from an azimuth of 90 deg: libbsdf turns by that."""
+    """The azimuth is counted from the incident light, which comes from 90 deg: libbsdf turns by that."""
     flat = flatten(FORMAT.read(files[name]))
     modes, sides = {"reflection": "BRDF", "transmission": "BTDF"}, {"front": "Front", "back": "Back"}
     wave = [f"Tris{c}" for c in flat["channel"].values] if name == "colours" else flat["wavelength"].values

@@ -5,6 +5,7 @@ last digits are therefore sought where the residual is orthogonal to its tangent
 derivatives and no comparison of costs.
 """
 
+import functools
 from collections.abc import Callable, Generator
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Function = Callable[[Values], Values]
 Bound = Values | float
+Curvature = Callable[[Values, Values], Values]
 Difference = Generator[Values, Values, Values]  # asks for values at two points at a time, returns a derivative
 EPS = float(np.finfo(float).eps)
 
@@ -105,11 +107,15 @@ def polish(
     scale: Bound = 0.0,
     jacobian: Function | None = None,
     vectorised: bool = False,
+    curvature: Curvature | None = None,
+    settled: float = SETTLED,
 ) -> Descent:
     """The last digits of a minimum: Newton steps on the values that are at no bound, while each halves the offset.
 
     Gauss-Newton steps contract by the ratio of the residual to the radius of curvature of the model's surface, which a
     poor fit brings near one (bates1980). With the curvature, measured once, the first step already brings most digits.
+    curvature: the second derivative of half the squared residual at a point along directions (values, n), where it is
+    known otherwise; `hessian` measures it. settled: offset that is enough.
     """
     counted = _Counted(residual, vectorised)
     point, low, high = _within(end.point, lower, upper)
@@ -125,13 +131,14 @@ def polish(
         plane, cost, measured = Tangent(tangent), end.cost, False
         offset = plane.offset(value)
         for _ in range(POLISHING):
-            if not offset > SETTLED:
+            if not offset > settled:
                 break
             if not measured:
                 directions = np.zeros((len(point), plane.directions.shape[1]))
                 directions[free] = plane.directions
-                hessian, measured = _hessian(counted, point, value, directions, low, high), True
-            trial = point - directions @ np.linalg.solve(hessian, (tangent @ directions[free]).T @ value)
+                bent = curvature or functools.partial(_hessian, counted, value, lower=low, upper=high)
+                second, measured = bent(point, directions), True
+            trial = point - directions @ np.linalg.solve(second, (tangent @ directions[free]).T @ value)
             if not np.all((low <= trial) & (trial <= high)):
                 break
             trial_value = counted(trial)
@@ -149,6 +156,13 @@ def polish(
             point, value, cost, offset = trial, trial_value, trial_cost, trial_offset
     exhausted = end.exhausted and not offset < SEARCHED**0.5  # the offset of a search that ends by itself
     return Descent(point, cost, offset, exhausted, end.evaluations + counted.evaluations)
+
+
+def hessian(
+    residual: Function, point: Values, directions: Values, lower: Values, upper: Values, vectorised: bool = False
+) -> Values:
+    """Second derivative of half the squared residual at a point along the directions (values, n) of a tangent plane."""
+    return _hessian(_Counted(residual, vectorised), residual(point), point, directions, lower, upper)
 
 
 def derivative(
@@ -293,7 +307,7 @@ def _edges(residual: Function, point: Values, reach: Values, lower: Values, uppe
 
 
 def _hessian(
-    residual: _Counted, point: Values, value: Values, directions: Values, lower: Values, upper: Values
+    residual: _Counted, value: Values, point: Values, directions: Values, lower: Values, upper: Values
 ) -> Values:
     """Second derivative of half the squared residual along the directions: one in the tangent plane, plus curvature.
 

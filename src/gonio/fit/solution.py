@@ -34,7 +34,8 @@ class Status(StrEnum):
 class Optimum:
     """What a solver hands back: the vector of weights and shape, E there, and the course of the search.
 
-    `history` holds the best E after each step, (steps,) or (steps, chains).
+    `history` holds the best E after each step, (steps,) or (steps, chains). `searched` is on how many points starts were
+    searched, 0 for all. `rivals` are vectors of other minima that were met and are not much higher.
     """
 
     vector: Values
@@ -42,6 +43,8 @@ class Optimum:
     exhausted: bool
     evaluations: int
     history: Values
+    searched: int = 0
+    rivals: tuple[Values, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Solution:
     `systematic_shift` is the same with its sign, because all values shift together. Coordinates: `name`, `by`, `group`,
     `unit` of each value.
     Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, noise_floor,
-    points, effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
+    points, points_searched (on which starts were searched: all, or a sample of very many), effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
     covariance (its kind), and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule
     for its cones would change, over what the fit leaves over.
     """

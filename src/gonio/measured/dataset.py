@@ -98,7 +98,8 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
     wide = scan["brdf"].dims
     names = [n for n in (*scan.data_vars, *DIRECTIONS, *SETS) if n in scan.variables and set(scan[n].dims) <= set(wide)]
     full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide) for n in names}
-    kept = ~(np.isnan(full["brdf"].values) & (full["theta_r"].values > HORIZON)).ravel()
+    below = np.maximum(full["theta_i"].values, full["theta_r"].values) > HORIZON
+    kept = ~(np.isnan(full["brdf"].values) & below).ravel()
     columns = {n: ("direction", v.values.ravel()[kept], scan[n].attrs) for n, v in full.items()}
     coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
     attrs = {name: value for name, value in scan.attrs.items() if name != PARAMETERISATION}

@@ -6,7 +6,7 @@ after block (demmel2012), both have as many rows as there are sets times values,
 """
 
 import functools
-import os
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -33,7 +33,6 @@ SIZE = 2**14  # directions of a block
 STEP = 2.0**-10  # of a parameter's size: differences of fourth order are then good to some 1e-11
 SMALLEST = 1e-3  # size of a parameter that is zero
 
-
 class Sheet(NamedTuple):
     """The points of one set (a channel, say) in one block: which directions of the block, and which points they are."""
 
@@ -50,18 +49,31 @@ class Block:
 
     directions: Geometry
     sheets: tuple[Sheet, ...]
-    at_shape: Values | None = None
-    terms: Values | None = None
-    slopes: Values | None = None
+    kept: "Terms | None" = None
+
+
+class Terms(NamedTuple):
+    """Every term of a block (terms, m) at one shape, and derivatives of terms in the order of `moved` and `bent`."""
+
+    shape: Values
+    values: Values
+    slopes: Values
+    bends: Values
 
 
 class Linear(NamedTuple):
-    """The residual of a sheet (m,) and its derivatives (columns, m) by the values at `places` of the vector."""
+    """The residual of a sheet (m,) and its derivatives (columns, m) by the values at `places` of the vector.
 
+    pull: derivative of half the squared residual by the BRDF (m,). weights: of every term in the set.
+    """
+
+    terms: Terms
     sheet: Sheet
     places: Places
     slopes: Values
     residual: Values
+    pull: Values
+    weights: Values
 
 
 @dataclass(eq=False)
@@ -75,6 +87,7 @@ class Bulk:
     blocks: tuple[Block, ...]
     groups: dict[str, Places]
     evaluations: int = 0
+    last: tuple[Values, tuple[Values, Values]] | None = None
 
     @functools.cached_property
     def moved(self) -> tuple[tuple[int, int, Model], ...]:
@@ -87,40 +100,70 @@ class Bulk:
             if name in names
         )
 
+    @functools.cached_property
+    def bent(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of places in `moved`, of two parameters of one term or of one with itself."""
+        pairs = itertools.combinations_with_replacement(range(len(self.moved)), 2)
+        return tuple((a, b) for a, b in pairs if self.moved[a][0] == self.moved[b][0])
+
     def residual(self, vector: Values) -> Values:
         """As long as the whole residual of a vector of weights and shape, in few rows that differ from one to another.
 
         Only lengths and products with the Jacobian at the same vector mean something.
         """
-        return self._reduced(vector)[:, -1]
+        return self._reduced(vector)[0][:, -1]
 
     def jacobian(self, vector: Values) -> Values:
         """The derivatives of `residual` (rows, values)."""
-        return self._reduced(vector)[:, :-1]
+        return self._reduced(vector)[0][:, :-1]
 
-    def _reduced(self, vector: Values) -> Values:
-        if not np.array_equal(vector, self._last[0]):
-            self._last = vector.copy(), self._computed(vector)
-        return self._last[1]
+    def curvature(self, vector: Values) -> Values:
+        """What the second derivative of half the squared residual has (values, values) beside J'J."""
+        return self._reduced(vector)[1]
 
-    _last: tuple[Values, Values] = (np.empty(0), np.empty((0, 1)))
+    def _reduced(self, vector: Values) -> tuple[Values, Values]:
+        if self.last is None or not np.array_equal(vector, self.last[0]):
+            self.last = vector.copy(), self._computed(vector)
+        return self.last[1]
 
-    def _computed(self, vector: Values) -> Values:
-        """Jacobian and residual as one matrix, the triangles of all sets below each other."""
+    def _computed(self, vector: Values) -> tuple[Values, Values]:
+        """Jacobian and residual as one matrix, the triangles of all sets below each other, and the curvature."""
         triangles: dict[int, Values] = {}
         places: dict[int, Places] = {}
-        for found in self.each(vector, _triangle):
-            for group, place, triangle in found:
+        curvature = np.zeros((len(vector),) * 2)
+        for found in self.each(vector, self._products):
+            for group, place, triangle, bend in found:
                 above = triangles.get(group)
                 triangles[group] = triangle if above is None else _r(np.concatenate([above, triangle]))
                 places[group] = place
+                curvature[np.ix_(place, place)] += bend
         rows = []
         for group, triangle in triangles.items():
             wide = np.zeros((len(triangle), len(vector) + 1))
             wide[:, [*places[group], len(vector)]] = triangle
             rows.append(wide)
         whole = np.concatenate(rows)
-        return _r(whole) if len(whole) > 4 * whole.shape[1] else whole
+        return (_r(whole) if len(whole) > 4 * whole.shape[1] else whole), curvature
+
+    def _products(self, linear: Linear) -> tuple[int, Places, Values, Values]:
+        """What a sheet adds: the triangle of its Jacobian and residual, and its curvature."""
+        triangle = _r(np.concatenate([linear.slopes, linear.residual[None]]).T)
+        terms = linear.terms
+        slopes, bends = (some[:, linear.sheet.at] @ linear.pull for some in (terms.slopes, terms.bends))
+        free = self._columns[0]
+        bend = np.zeros((len(linear.places),) * 2)
+        for (term, k, _), slope in zip(self.moved, slopes, strict=True):
+            if term in free:
+                bend[free.index(term), len(free) + k] += slope
+        for (a, b), second in zip(self.bent, bends, strict=True):
+            k, m = len(free) + self.moved[a][1], len(free) + self.moved[b][1]
+            bend[k, m] += linear.weights[self.moved[a][0]] * second / (1 + (a == b))
+        bend += bend.T
+        if self.problem.logarithmic:
+            root = linear.sheet.root
+            ratio = np.where(root > 0, linear.residual / np.where(root > 0, root, 1.0), 0.0)
+            bend -= (linear.slopes * ratio) @ linear.slopes.T
+        return linear.sheet.group, linear.places, triangle, bend
 
     def each(self, vector: Values, of: Callable[[Linear], Found]) -> Iterator[list[Found]]:
         """`of` every sheet, a block at a time and in their order, on as many threads as the process may use."""
@@ -161,12 +204,14 @@ class Bulk:
         return free, [np.array([*(s[group] for s in starts), *shape], dtype=np.intp) for group in range(sets)]
 
     def _linear(self, block: Block, weights: Values, shape: Values) -> Iterator[Linear]:
-        terms, slopes = self._terms(block, shape)
+        if block.kept is None or not np.array_equal(shape, block.kept.shape):
+            block.kept = self._terms(block.directions, shape)
+        terms = block.kept
         free, places = self._columns
         problem = self.problem
         for sheet in block.sheets:
             own = weights[:, sheet.group]
-            here, moved = terms[:, sheet.at], slopes[:, sheet.at]
+            here, moved = terms.values[:, sheet.at], terms.slopes[:, sheet.at]
             columns = np.zeros((len(free) + len(problem.free_shape), here.shape[1]))
             columns[: len(free)] = here[free]
             for (term, k, _), slope in zip(self.moved, moved, strict=True):
@@ -178,33 +223,48 @@ class Bulk:
                 factor = np.where(seen, factor / np.where(seen, modelled, 1.0), 0.0)
                 modelled = np.log(np.maximum(modelled, least))
             columns *= factor
-            yield Linear(sheet, places[sheet.group], columns, sheet.root * modelled - sheet.target)
+            residual = sheet.root * modelled - sheet.target
+            yield Linear(terms, sheet, places[sheet.group], columns, residual, factor * residual, own)
 
-    def _terms(self, block: Block, shape: Values) -> tuple[Values, Values]:
-        """Every term of a block (terms, m), and how each changes with each shape parameter that moves it (.., m)."""
-        if block.at_shape is None or not np.array_equal(shape, block.at_shape):
-            terms = _values(self.problem.model, block.directions, self._named(shape))
-            slopes = [self._slope(block.directions, shape, k, model) for _, k, model in self.moved]
-            block.terms, block.slopes = terms, np.array(slopes).reshape(len(slopes), terms.shape[1])
-            block.at_shape = shape.copy()
-        assert block.terms is not None and block.slopes is not None
-        return block.terms, block.slopes
+    def _terms(self, directions: Geometry, shape: Values) -> Terms:
+        """The terms at some directions, and how they change with the shape parameters that move them.
 
-    def _slope(self, directions: Geometry, shape: Values, k: int, model: Model) -> Values:
-        """Derivative of one term by the k-th shape parameter: differences of fourth order, at a bound `derivative`."""
+        First ones by differences of fourth order, at a bound by `derivative`; second ones are only to speed the search.
+        """
+        terms, n = _values(self.problem.model, directions, self._named(shape)), self.problem.n_weights
+        lower, upper, steps = self.problem.lower[n:], self.problem.upper[n:], STEP * np.maximum(np.abs(shape), SMALLEST)
 
-        def moved(value: float) -> Values:
-            return _values(model, directions, self._named(shape, k, value))[0]
+        def at(model: Model, *ks: int, times: float = 1.0) -> Values:
+            moved = shape.copy()
+            moved[list(ks)] += times * steps[list(ks)]
+            return _values(model, directions, self._named(moved))[0]
 
-        n = self.problem.n_weights
-        lower, upper, step = self.problem.lower[n + k], self.problem.upper[n + k], STEP * max(abs(shape[k]), SMALLEST)
-        if shape[k] - 2 * step < lower or shape[k] + 2 * step > upper:
-            return derivative(lambda x: moved(x[0]), shape[k : k + 1], lower, upper, scale=SMALLEST)[:, 0]
-        near, far = (moved(shape[k] + step * many) - moved(shape[k] - step * many) for many in (1, 2))
-        return (8 * near - far) / (12 * step)
+        slopes, bends = (np.zeros((len(some), terms.shape[1])) for some in (self.moved, self.bent))
+        ahead: dict[int, Values] = {}
+        for a, (term, k, model) in enumerate(self.moved):
+            if shape[k] - 2 * steps[k] < lower[k] or shape[k] + 2 * steps[k] > upper[k]:
+                near = shape[k : k + 1], lower[k], upper[k]
+                along = functools.partial(self._along, model, directions, shape, k)
+                slopes[a] = derivative(along, *near, scale=SMALLEST)[:, 0]
+                continue
+            ahead[a], behind = at(model, k), at(model, k, times=-1)
+            slopes[a] = (8 * (ahead[a] - behind) - (at(model, k, times=2) - at(model, k, times=-2))) / (12 * steps[k])
+            bends[self.bent.index((a, a))] = (ahead[a] - 2 * terms[term] + behind) / steps[k] ** 2
+        for place, (a, b) in enumerate(self.bent):
+            if a != b and a in ahead and b in ahead:
+                term, k, model = self.moved[a]
+                both = at(model, k, self.moved[b][1])
+                area = steps[k] * steps[self.moved[b][1]]
+                bends[place] = (both - ahead[a] - ahead[b] + terms[term]) / area
+        return Terms(shape.copy(), terms, slopes, bends)
 
-    def _named(self, shape: Values, k: int = -1, value: float = 0.0) -> dict[str, float]:
-        """All shape parameters by name, the k-th free one at another value."""
+    def _along(self, model: Model, directions: Geometry, shape: Values, k: int, value: Values) -> Values:
+        moved = shape.copy()
+        moved[k] = value[0]
+        return _values(model, directions, self._named(moved))[0]
+
+    def _named(self, shape: Values) -> dict[str, float]:
+        """All shape parameters by name."""
         out, at = {}, 0
         for entry in self.problem.entries:
             if entry.is_weight:
@@ -212,7 +272,7 @@ class Bulk:
             if entry.held is not None:
                 out[entry.name] = entry.held[0]
                 continue
-            out[entry.name] = value if at == k else float(shape[at])
+            out[entry.name] = float(shape[at])
             at += 1
         return out
 
@@ -234,9 +294,22 @@ def bulk(problem: "Problem") -> Bulk | None:
     return Bulk(problem, tuple(_blocks(problem, group, len(first))), groups)
 
 
+def _directions(columns: Sequence[Values], group: Places, sets: int) -> tuple[Places, Places]:
+    """The first point of each direction, and each point's direction; where sets repeat one list, its order is kept."""
+    size = len(group) // sets
+    if len(group) == sets * size and all(
+        np.array_equal(column.reshape(sets, size)[1:], np.broadcast_to(column[:size], (sets - 1, size)))
+        for column in columns
+    ):
+        every = np.arange(size)
+        if np.array_equal(group.reshape(sets, size), np.broadcast_to(group[::size][:, None], (sets, size))):
+            return every, np.tile(every, sets)
+    return distinct_rows(columns)
+
+
 def _blocks(problem: "Problem", group: Places, sets: int) -> Iterator[Block]:
     points = problem.points
-    first, place = distinct_rows([points[a].values for a in DIRECTIONS if a in points.coords])
+    first, place = _directions([points[a].values for a in DIRECTIONS if a in points.coords], group, sets)
     order = np.argsort((place // SIZE * sets + group) * SIZE + place % SIZE, kind="stable")
     sheet = (place // SIZE * sets + group)[order]
     begins = np.flatnonzero(np.concatenate([[True], sheet[1:] != sheet[:-1]]))
@@ -258,10 +331,6 @@ def _blocks(problem: "Problem", group: Places, sets: int) -> Iterator[Block]:
 def _values(model: Model, directions: Geometry, shape: dict[str, float]) -> Values:
     found = model.basis(directions, {name: shape[name] for name in model.shape})
     return np.array([np.broadcast_to(value, directions.z_i.shape) for value in found.values()], dtype=float)
-
-
-def _triangle(linear: Linear) -> tuple[int, Places, Values]:
-    return linear.sheet.group, linear.places, _r(np.concatenate([linear.slopes, linear.residual[None]]).T)
 
 
 def _r(matrix: Values) -> Values:

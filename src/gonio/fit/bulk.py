@@ -9,14 +9,14 @@ import numpy.typing as npt
 
 from gonio.fit.blocks import Bulk, Linear
 from gonio.fit.covariance import ALONE, DEFAULT, infinite
-from gonio.fit.descent import Descent, Tangent, descend, hessian, polish
+from gonio.fit.descent import Descent, Tangent, descend, polish
 from gonio.fit.problem import Problem
 from gonio.fit.solution import Optimum
 from gonio.fit.weighting import stated
 
 Values = npt.NDArray[np.float64]
 
-SAMPLE = 20_000  # points on which starts are searched
+SAMPLE = 10_000  # points on which starts are searched
 SEED = 20_260_000  # any number; always the same, so that a fit is repeatable
 NEAR = 0.1  # of E on the sample: minima of so much more may be lower on all points, and are followed there too
 APART = 1e-3  # of a value: minima that are nearer are one
@@ -33,7 +33,7 @@ def search(problem: Problem, points: Bulk, on_sample: Callable[[Problem], Optimu
     few = sample(problem)
     start = on_sample(few)
     begun = points.evaluations
-    ends = [_minimum(problem, points, few, vector) for vector in (start.vector, *_rivals(start, few))]
+    ends = [_minimum(problem, points, vector) for vector in (start.vector, *_rivals(start, few))]
     best = min(ends, key=lambda end: end.cost)
     cost = best.cost / problem.scale
     evaluations = start.evaluations + points.evaluations - begun
@@ -72,10 +72,10 @@ def _rivals(start: Optimum, few: Problem) -> list[Values]:
     return kept[1:]
 
 
-def _minimum(problem: Problem, points: Bulk, few: Problem, start: Values) -> Descent:
+def _minimum(problem: Problem, points: Bulk, start: Values) -> Descent:
     """The minimum of all points downhill of one of the sample.
 
-    That one is near: Newton steps with the curvature of the sample get there, and a search only where they do not.
+    That one is near: Newton steps get there, and a search only where they do not.
     """
     low, high = problem.lower, problem.upper
     scale = np.maximum(np.abs(start), SMALLEST)
@@ -86,7 +86,7 @@ def _minimum(problem: Problem, points: Bulk, few: Problem, start: Values) -> Des
         upper=high,
         scale=scale,
         jacobian=points.jacobian,
-        curvature=lambda point, along: hessian(few.residual, point, along, low, high, vectorised=False),
+        curvature=points.curvature,
         settled=SETTLED,
     )
     value = points.residual(start)

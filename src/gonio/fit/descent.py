@@ -5,7 +5,6 @@ last digits are therefore sought where the residual is orthogonal to its tangent
 derivatives and no comparison of costs.
 """
 
-import functools
 from collections.abc import Callable, Generator
 from typing import NamedTuple
 
@@ -17,7 +16,6 @@ Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Function = Callable[[Values], Values]
 Bound = Values | float
-Curvature = Callable[[Values, Values], Values]
 Difference = Generator[Values, Values, Values]  # asks for values at two points at a time, returns a derivative
 EPS = float(np.finfo(float).eps)
 
@@ -107,15 +105,16 @@ def polish(
     scale: Bound = 0.0,
     jacobian: Function | None = None,
     vectorised: bool = False,
-    curvature: Curvature | None = None,
+    curvature: Function | None = None,
     settled: float = SETTLED,
 ) -> Descent:
     """The last digits of a minimum: Newton steps on the values that are at no bound, while each halves the offset.
 
     Gauss-Newton steps contract by the ratio of the residual to the radius of curvature of the model's surface, which a
     poor fit brings near one (bates1980). With the curvature, measured once, the first step already brings most digits.
-    curvature: the second derivative of half the squared residual at a point along directions (values, n), where it is
-    known otherwise; `hessian` measures it. settled: offset that is enough.
+    curvature: at a point, what the second derivative of half the squared residual has (values, values) beside the
+    product of the Jacobian with itself, where that is known; the first step, from farther off, goes without it.
+    settled: offset that is enough.
     """
     counted = _Counted(residual, vectorised)
     point, low, high = _within(end.point, lower, upper)
@@ -130,15 +129,19 @@ def polish(
             return end
         plane, cost, measured = Tangent(tangent), end.cost, False
         offset = plane.offset(value)
-        for _ in range(POLISHING):
+        for step in range(POLISHING):
             if not offset > settled:
                 break
             if not measured:
                 directions = np.zeros((len(point), plane.directions.shape[1]))
                 directions[free] = plane.directions
-                bent = curvature or functools.partial(_hessian, counted, value, lower=low, upper=high)
-                second, measured = bent(point, directions), True
-            trial = point - directions @ np.linalg.solve(second, (tangent @ directions[free]).T @ value)
+                if curvature is None:
+                    hessian = _hessian(counted, point, value, directions, low, high)
+                else:
+                    bend = directions.T @ curvature(point) @ directions
+                    hessian = _sound(bend if step else 0 * bend)
+                measured = curvature is None  # one that is known is so at every point
+            trial = point - directions @ np.linalg.solve(hessian, (tangent @ directions[free]).T @ value)
             if not np.all((low <= trial) & (trial <= high)):
                 break
             trial_value = counted(trial)
@@ -156,13 +159,6 @@ def polish(
             point, value, cost, offset = trial, trial_value, trial_cost, trial_offset
     exhausted = end.exhausted and not offset < SEARCHED**0.5  # the offset of a search that ends by itself
     return Descent(point, cost, offset, exhausted, end.evaluations + counted.evaluations)
-
-
-def hessian(
-    residual: Function, point: Values, directions: Values, lower: Values, upper: Values, vectorised: bool = False
-) -> Values:
-    """Second derivative of half the squared residual at a point along the directions (values, n) of a tangent plane."""
-    return _hessian(_Counted(residual, vectorised), residual(point), point, directions, lower, upper)
 
 
 def derivative(
@@ -307,7 +303,7 @@ def _edges(residual: Function, point: Values, reach: Values, lower: Values, uppe
 
 
 def _hessian(
-    residual: _Counted, value: Values, point: Values, directions: Values, lower: Values, upper: Values
+    residual: _Counted, point: Values, value: Values, directions: Values, lower: Values, upper: Values
 ) -> Values:
     """Second derivative of half the squared residual along the directions: one in the tangent plane, plus curvature.
 
@@ -324,9 +320,14 @@ def _hessian(
     curvature = ((ahead - value) + (behind - value)) @ value / step**2
     bend = np.diag(curvature[:n])
     bend[a, b] = bend[b, a] = (curvature[n:] - curvature[a] - curvature[b]) / 2
-    hessian = np.eye(n) + bend
+    return _sound(bend)
+
+
+def _sound(bend: Values) -> Values:
+    """One plus the curvature, or one alone where that would be no minimum."""
+    hessian = np.eye(len(bend)) + bend
     sound = np.isfinite(hessian).all() and np.linalg.eigvalsh(hessian).min(initial=np.inf) > SADDLE
-    return hessian if sound else np.eye(n)
+    return hessian if sound else np.eye(len(bend))
 
 
 def _forward(function: _Counted, point: Values, sizes: Values, lower: Values, upper: Values) -> Values:

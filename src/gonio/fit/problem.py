@@ -186,7 +186,7 @@ class Problem:
         by = self.grouped.get(name, ())
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
-            by += tuple(s for s in dataset.sets(self.points) if s not in by)
+            by += tuple(s for s in self.sets[0] if s not in by)
         if name in self.smoothed and self.smoothed[name].by not in by:
             by += (self.smoothed[name].by,)
         own = self._own_wavelength(name)

@@ -48,7 +48,11 @@ class Projection:
         if is_grouped(problem) and (split := parts(problem)):
             return self._search_parts(problem, split, progress)
         if problem.bulk:
-            return bulk.search(problem, problem.bulk, lambda few: self.search(few, progress))
+            return bulk.search(problem, problem.bulk, lambda few: self._search(few, progress))
+        return self._search(problem, progress)
+
+    def _search(self, problem: Problem, progress: Progress) -> Optimum:
+        """All points at once."""
         if problem.logarithmic:
             return self._search_logarithmic(problem, progress)
         reduced = _Reduced(problem)

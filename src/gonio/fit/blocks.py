@@ -7,7 +7,7 @@ after block (demmel2012), both have as many rows as there are sets times values,
 
 import functools
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from gonio.fit.descent import derivative
 from gonio.geometry import Geometry
 from gonio.measured.dataset import DIRECTIONS, geometry
-from gonio.measured.distinct import distinct_rows, first_of
+from gonio.measured.distinct import distinct_rows, first_of, repeats
 from gonio.model import Model, declarations
 from gonio.processes import threads
 
@@ -64,7 +64,7 @@ class Terms(NamedTuple):
 class Linear(NamedTuple):
     """The residual of a sheet (m,) and its derivatives (columns, m) by the values at `places` of the vector.
 
-    pull: derivative of half the squared residual by the BRDF (m,). weights: of every term in the set.
+    modelled: the BRDF there (m,). pull: derivative of half the squared residual by it. weights: of every term in the set.
     """
 
     terms: Terms
@@ -72,6 +72,7 @@ class Linear(NamedTuple):
     places: Places
     slopes: Values
     residual: Values
+    modelled: Values
     pull: Values
     weights: Values
 
@@ -216,7 +217,8 @@ class Bulk:
             columns[: len(free)] = here[free]
             for (term, k, _), slope in zip(self.moved, moved, strict=True):
                 columns[len(free) + k] += own[term] * slope
-            modelled, factor = own @ here, sheet.root
+            brdf, factor = own @ here, sheet.root
+            modelled = brdf
             if problem.logarithmic:
                 least = np.finfo(float).tiny
                 seen = modelled > least  # below, the residual keeps the logarithm of this
@@ -224,7 +226,7 @@ class Bulk:
                 modelled = np.log(np.maximum(modelled, least))
             columns *= factor
             residual = sheet.root * modelled - sheet.target
-            yield Linear(terms, sheet, places[sheet.group], columns, residual, factor * residual, own)
+            yield Linear(terms, sheet, places[sheet.group], columns, residual, brdf, factor * residual, own)
 
     def _terms(self, directions: Geometry, shape: Values) -> Terms:
         """The terms at some directions, and how they change with the shape parameters that move them.
@@ -294,22 +296,13 @@ def bulk(problem: "Problem") -> Bulk | None:
     return Bulk(problem, tuple(_blocks(problem, group, len(first))), groups)
 
 
-def _directions(columns: Sequence[Values], group: Places, sets: int) -> tuple[Places, Places]:
-    """The first point of each direction, and each point's direction; where sets repeat one list, its order is kept."""
-    size = len(group) // sets
-    if len(group) == sets * size and all(
-        np.array_equal(column.reshape(sets, size)[1:], np.broadcast_to(column[:size], (sets - 1, size)))
-        for column in columns
-    ):
-        every = np.arange(size)
-        if np.array_equal(group.reshape(sets, size), np.broadcast_to(group[::size][:, None], (sets, size))):
-            return every, np.tile(every, sets)
-    return distinct_rows(columns)
-
-
 def _blocks(problem: "Problem", group: Places, sets: int) -> Iterator[Block]:
     points = problem.points
-    first, place = _directions([points[a].values for a in DIRECTIONS if a in points.coords], group, sets)
+    columns = [points[a].values for a in DIRECTIONS if a in points.coords]
+    if size := repeats(columns, group):
+        first, place = np.arange(size), np.tile(np.arange(size), sets)
+    else:
+        first, place = distinct_rows(columns)
     order = np.argsort((place // SIZE * sets + group) * SIZE + place % SIZE, kind="stable")
     sheet = (place // SIZE * sets + group)[order]
     begins = np.flatnonzero(np.concatenate([[True], sheet[1:] != sheet[:-1]]))

@@ -31,6 +31,7 @@ ENOUGH = 1e-10  # estimated error at which an extrapolation ends: the estimate l
 
 SETTLED = 1e-11  # offset that is enough: it moves a value by 1e-11 sqrt(points) of its standard deviation
 POLISHING = 20  # Newton steps at most; they end when one does not halve the offset
+LOWER = 1e-12  # of the cost: by how much a step that does not halve the offset must lower it, in a curved valley
 SAME = EPS**0.5  # by how much rounding may raise the relative cost of a better point; a jump elsewhere raises it more
 BENT = 2.0**-6  # of a standard deviation: the step that measures curvature, short of the next kink and above rounding
 SADDLE = 0.01  # least curvature, in units of the tangent plane's own, of what is still a minimum
@@ -153,7 +154,8 @@ def polish(
                 break
             plane = Tangent(tangent)
             trial_offset = plane.offset(trial_value)
-            if not trial_offset < offset / 2:
+            lower_still = curvature is not None and trial_cost < cost * (1 - LOWER)
+            if not (trial_offset < offset / 2 or lower_still):
                 break
             measured = trial_offset < offset / 10  # else the curvature was that of too far a point
             point, value, cost, offset = trial, trial_value, trial_cost, trial_offset

@@ -15,6 +15,7 @@ from scipy.special import ndtri, stdtrit
 
 from gonio.files import replacing
 from gonio.fit.smooth import Smooth
+from gonio.measured.distinct import distinct, distinct_rows
 from gonio.measured.instrument import Instrument
 
 Values = npt.NDArray[np.float64]
@@ -157,12 +158,12 @@ class Solution:
                 found[name] = int(rows[0])
                 continue
             table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
-            labels = group_labels(points, by.split(","))
+            labels, place = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
                 raise ValueError(
                     f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}"
                 )
-            found[name] = np.array([table[label] for label in labels])
+            found[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
         return found
 
     def parameters(self) -> dict[str, dict[str, Any]]:
@@ -205,10 +206,12 @@ class Solution:
         return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
 
 
-def group_labels(points: xr.Dataset, by: list[str]) -> list[str]:
-    """The label of each direction's group: its coordinates, numbers in their shortest form, joined by commas."""
-    columns = [points[c].values for c in by]
-    return [",".join(label(value) for value in row) for row in zip(*columns, strict=True)]
+def group_labels(points: xr.Dataset, by: list[str]) -> tuple[list[str], npt.NDArray[np.intp]]:
+    """The labels of groups, coordinates with numbers in their shortest form joined by commas, and each direction's."""
+    columns = [distinct(points[c].values) for c in by]
+    first, place = distinct_rows([codes for _, codes in columns])
+    rows = zip(*(values[codes[first]] for values, codes in columns), strict=True)
+    return [",".join(label(value) for value in row) for row in rows], place
 
 
 def label(value: object) -> str:

@@ -32,17 +32,32 @@ def distinct_rows(columns: Sequence[npt.NDArray[Any]]) -> tuple[Places, Places]:
         numbers = column.astype(float) + 0.0  # zero has one sign, and so one pattern of bits
         numbers[np.isnan(numbers)] = np.nan
         mixed = _mixed(mixed ^ numbers.view(np.uint64))
-    order = np.argsort(mixed, kind="stable")
+    order = np.argsort(mixed)
     in_order = mixed[order]
     begins = np.concatenate([[True], in_order[1:] != in_order[:-1]])[: len(order)]
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.cumsum(begins) - 1
-    first = order[begins]
+    first = first_of(place)
     if all(np.array_equal(c[first][place], c, equal_nan=c.dtype.kind == "f") for c in plain):
         return first, place
     whole = np.column_stack([distinct(column)[1] for column in plain])  # two rows of one number: once in a million scans
     _, first, place = np.unique(whole, axis=0, return_index=True, return_inverse=True)
     return first, place.ravel()
+
+
+def repeats(columns: Sequence[npt.NDArray[Any]], group: Places) -> int:
+    """The length of one list of rows that every group repeats in its order, one group after the other; 0 where none.
+
+    So the channels of a file repeat their directions.
+    """
+    rows = len(group)
+    size = int(np.argmax(group != group[0])) or rows if rows else 0
+    if not size or rows % size:
+        return 0
+    each = group.reshape(-1, size)
+    alike = len(np.unique(each[:, 0])) == len(each) and (each == each[:, :1]).all()
+    alike = alike and all((c.reshape(-1, size)[1:] == c[:size]).all() for c in columns)
+    return size if alike else 0
 
 
 def _mixed(bits: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:

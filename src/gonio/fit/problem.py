@@ -108,6 +108,8 @@ class Problem:
         dataset.unit(self.data)
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
+        if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():
+            raise ValueError("models are of reflection, and the scan holds transmission: add --select mode=reflection")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if not self.free:

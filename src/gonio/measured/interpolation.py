@@ -302,7 +302,7 @@ def _holes(triangles: "object") -> npt.NDArray[np.bool_]:
     first = np.concatenate([[0], np.cumsum(counts)[:-1]])
     median = both[order][np.minimum(first + counts // 2, len(both) - 1)]
     longest = length.reshape(3, -1).max(axis=0)
-    return longest > HOLE * median[corners].max(axis=1)
+    return longest > HOLE * median[corners].min(axis=1)
 
 
 def _cloud(flat: xr.Dataset) -> Interpolator:

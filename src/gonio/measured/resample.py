@@ -55,7 +55,10 @@ def resample(
     columns: dict[str, list[Values]] = {}
     keys, how = [], ""
     for key, part in parts(_without_masked(scan)):
-        found, how = _set(part, targets.part(rows), impose, filling)
+        if not impose and filling is None and is_on(part, onto):
+            found = _as_it_is(part, _grid_dims(onto), rows)
+        else:
+            found, how = _set(part, targets.part(rows), impose, filling)
         if filling is not None and filling.function is not None:
             _fill(found, directions.isel(direction=rows), key, filling.function)
         keys.append(key)
@@ -71,8 +74,9 @@ def resample(
 def _words(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
     """How the values came about, in one line."""
     count = {name: int((origins == k).sum()) for k, name in enumerate(ORIGINS)}
-    text = f"resampled onto {directions} directions: {count['measured']} values as measured, "
-    text += f"{count['interpolated']} interpolated {how}"
+    text = f"resampled onto {directions} directions: {count['measured']} values as measured"
+    if count["interpolated"]:
+        text += f", {count['interpolated']} interpolated {how}"
     if impose:
         text += f", averaged over {' and '.join(impose)}"
     if filling is not None and filling.symmetries:
@@ -80,6 +84,14 @@ def _words(origins: Values, directions: int, how: str, impose: Sequence[str], fi
     if filling is not None and filling.function is not None:
         text += f", {count['filled']} filled by {filling.name}, not measured"
     return text + (f", {count['missing']} missing" if count["missing"] else "")
+
+
+def is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
+    """Whether the scan is on this very grid already."""
+    if {d for d in scan["brdf"].dims if d not in SETS} != set(_grid_dims(onto)):
+        return False
+    names = [n for n in DIRECTIONS if n in onto.variables]
+    return all(n in scan.coords and scan[n].dims == onto[n].dims and scan[n].equals(onto[n]) for n in names)
 
 
 def parts(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
@@ -104,11 +116,16 @@ def parts(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 def _directions(onto: xr.Dataset) -> xr.Dataset:
     """The directions of a Dataset on one dimension, in the order of its own."""
     names = [n for n in DIRECTIONS if n in onto.variables]
-    wide = tuple(d for d in onto.dims if any(d in onto[n].dims for n in names))
+    wide = _grid_dims(onto)
     shape = tuple(onto.sizes[d] for d in wide)
     template = xr.DataArray(np.zeros(shape), dims=wide)
     full = {n: onto[n].drop_vars(onto[n].coords).broadcast_like(template).transpose(*wide).values for n in names}
     return xr.Dataset(coords={n: ("direction", v.ravel().astype(float), {"units": "degree"}) for n, v in full.items()})
+
+
+def _grid_dims(onto: xr.Dataset) -> tuple[Any, ...]:
+    """The dimensions along which directions differ."""
+    return tuple(d for d in onto.dims if any(d in onto[n].dims for n in DIRECTIONS if n in onto.variables))
 
 
 def _without_masked(scan: xr.Dataset) -> xr.Dataset:
@@ -121,6 +138,13 @@ def _spread_out(values: Values, above: npt.NDArray[np.bool_]) -> Values:
     out = np.full(len(above), np.nan)
     out[above] = values
     return out
+
+
+def _as_it_is(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp]) -> dict[str, Values]:
+    """The columns of one set that is on the wanted grid already, where several nodes may be one direction."""
+    names = [n for n in ("brdf", "uncertainty", "uncertainty_systematic") if n in part]
+    found = {n: part[n].transpose(*grid).values.astype(float).ravel()[rows] for n in names}
+    return found | {"origin": np.where(np.isnan(found["brdf"]), MISSING, MEASURED).astype(float)}
 
 
 def _set(
@@ -171,7 +195,8 @@ def _source(part: xr.Dataset) -> tuple[Interpolator, str]:
     from gonio.measured.formats import formats
 
     evaluate = formats()[name].evaluate
-    assert evaluate is not None
+    if evaluate is None:
+        return interpolator(part)
     return lambda t: np.ravel(evaluate(part, t.theta_i, t.theta_r, t.phi, t.phi_i)), f"as {name} files are read"
 
 
@@ -219,7 +244,7 @@ def _assembled(
     attrs = {k: v for k, v in scan.attrs.items() if k not in (PARAMETERISATION, "stored", "symmetry")}
     units = {name: scan[name].attrs if name in scan else _ORIGIN for name in columns}
     single = {n: scan[n].values.ravel()[0] for n in SETS if n in scan.coords and n not in keys[0]}
-    wide = tuple(d for d in onto.dims if any(d in onto[n].dims for n in DIRECTIONS if n in onto.variables))
+    wide = _grid_dims(onto)
     if wide == ("direction",):
         names = [n for n in DIRECTIONS if n in directions.coords]
         coords = {n: ("direction", np.tile(directions[n].values, len(keys)), {"units": "degree"}) for n in names}

@@ -11,7 +11,7 @@
      ..
 
 What a mirror reflects is a Dirac lobe: it has no BRDF in 1/sr, and no energy follows from it as from one. So the scan
-has one direction an incidence angle, the mirror direction, in a.u.; `stored` says what the numbers are, and only such
+has one direction an incidence angle, the mirror direction, in a.u.; `quantity` says what the numbers are, and only such
 scans are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a
 comment of gonio's.
 """
@@ -58,7 +58,7 @@ def specular_scan(
         provenance=provenance,
     )
     stored = TRANSMITTANCE if is_transmitted else REFLECTANCE
-    scan.attrs["stored"] = stored
+    scan.attrs["quantity"] = stored
     return add_history(scan, f"the values are the {stored} of a Dirac lobe, no BRDF in 1/sr: kept in a.u.")
 
 
@@ -80,7 +80,7 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
     stored = TRANSMITTANCE if is_transmitted else REFLECTANCE
     flat = flatten(scan)
     at_mirror = np.allclose(flat["theta_r"], flat["theta_i"]) and np.allclose(flat["phi"], 180.0)
-    if scan.attrs.get("stored") != stored or unit(scan) != RELATIVE or not at_mirror:
+    if scan.attrs.get("quantity") != stored or unit(scan) != RELATIVE or not at_mirror:
         raise ValueError(
             f"the scan is no {stored}: a BRDF cannot be written as one; write .ddr, .ddt or another format"
         )
@@ -124,6 +124,7 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
             relative=True,
             negative=False,
             sets=("wavelength", "channel"),
+            quantity=TRANSMITTANCE if is_transmitted else REFLECTANCE,
         ),
     )
 

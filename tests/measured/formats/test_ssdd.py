@@ -268,7 +268,7 @@ def test_binary_values_that_are_no_numbers_are_named_with_their_byte(tmp_path):
     values = np.ones(12, dtype="<f4")
     for bits in (0x7F800000, 0x7FC00000, 0x7F800001):  # infinity, NaN, and a NaN that asks for a signal
         values.view("<u4")[3] = bits
-        with pytest.raises(FormatError, match="a value is (inf|nan)") as error:
+        with pytest.raises(FormatError, match=r"a value is (inf|nan)") as error:
             formats()["ssdd"].read(saved(tmp_path, head + values.tobytes()))
         assert error.value.where == f"byte {len(head) + 12}"
     values[:] = 0

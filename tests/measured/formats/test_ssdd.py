@@ -141,7 +141,7 @@ def test_blocks_that_differ_are_flat(tmp_path):
 def test_a_file_of_specular_tables_alone(tmp_path):
     scan = read(next(p for p in ssdd.samples(tmp_path) if p.stem == "mirror"))
     assert scan["brdf"].attrs["units"] == "a.u."
-    assert scan.attrs["stored"] == "specular transmittance"
+    assert scan.attrs["quantity"] == "specular transmittance"
     rows = [list(map(float, line.split())) for line in ssdd.VARIANTS["mirror.ssdd"].splitlines() if line[:1].isdigit()]
     np.testing.assert_array_equal(scan["brdf"].values.reshape(3, 3), np.array(rows).T)
     np.testing.assert_array_equal(scan["theta_r"].values[:3], [0, 30, 60])
@@ -268,7 +268,7 @@ def test_binary_values_that_are_no_numbers_are_named_with_their_byte(tmp_path):
     values = np.ones(12, dtype="<f4")
     for bits in (0x7F800000, 0x7FC00000, 0x7F800001):  # infinity, NaN, and a NaN that asks for a signal
         values.view("<u4")[3] = bits
-        with pytest.raises(FormatError, match="a value is (inf|nan)") as error:
+        with pytest.raises(FormatError, match=r"a value is (inf|nan)") as error:
             formats()["ssdd"].read(saved(tmp_path, head + values.tobytes()))
         assert error.value.where == f"byte {len(head) + 12}"
     values[:] = 0

@@ -194,7 +194,7 @@ def test_specular_round_trip_is_exact(name, tmp_path):
     scan = read(saved(tmp_path, integra_specular.VARIANTS[name], name))
     found = _written(scan, tmp_path, Path(name).suffix)
     xr.testing.assert_equal(found, scan)
-    assert found.attrs["stored"] == scan.attrs["stored"]
+    assert found.attrs["quantity"] == scan.attrs["quantity"]
     assert found.attrs["provenance"] == scan.attrs["provenance"]
 
 

@@ -141,7 +141,7 @@ def test_blocks_that_differ_are_flat(tmp_path):
 def test_a_file_of_specular_tables_alone(tmp_path):
     scan = read(next(p for p in ssdd.samples(tmp_path) if p.stem == "mirror"))
     assert scan["brdf"].attrs["units"] == "a.u."
-    assert scan.attrs["stored"] == "specular transmittance"
+    assert scan.attrs["quantity"] == "specular transmittance"
     rows = [list(map(float, line.split())) for line in ssdd.VARIANTS["mirror.ssdd"].splitlines() if line[:1].isdigit()]
     np.testing.assert_array_equal(scan["brdf"].values.reshape(3, 3), np.array(rows).T)
     np.testing.assert_array_equal(scan["theta_r"].values[:3], [0, 30, 60])

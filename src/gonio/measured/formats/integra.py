@@ -252,5 +252,5 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
     )
 
 
-FORMAT = _format("integra", "Integra diffuse reflectance", ".ddr", is_transmitted=False)
-TRANSMITTED = _format("integra-transmission", "Integra diffuse transmittance", ".ddt", is_transmitted=True)
+FORMAT = _format("integra", "Integra diffuse table", ".ddr", is_transmitted=False)
+TRANSMITTED = _format("integra-transmission", "Integra diffuse table of transmission", ".ddt", is_transmitted=True)

@@ -39,8 +39,9 @@ def reduce(
     Of each scan's signal, pi f cos(theta_r), the blank's is subtracted; with `floor` also the least value that is
     left, which sets the detector's zero; shadowed directions are left out. Values at one direction or its mirror image
     in the plane of incidence are averaged over all scans: a turned sample is a repeat. At theta_r = 0 all azimuths are
-    one direction, and each plane counts once. `uncertainty` [1/sr] is that of the mean: the scatter of n values over
-    sqrt(n), missing where n is 1. ValueError where there is no sample, or blank and samples differ in their directions.
+    one direction: each plane counts once, and the scatter is that between planes. `uncertainty` [1/sr] is that of the
+    mean, the scatter of n values over sqrt(n), missing where n is 1. ValueError where there is no sample, or where
+    blank and samples differ in their directions.
     """
     if not samples:
         raise ValueError("there is no scan to reduce: give one or more samples")
@@ -154,6 +155,9 @@ def _averaged(angles: Array, signal: Array) -> tuple[Array, Array, Array, Array]
         return directions, mean, error, count
     planes = np.where(normal[:, None], directions * [1, 1, 0], directions)
     one, its_mean, its_error, its_count = _grouped(planes[normal], mean[normal])
+    alone = its_count == 1  # where there is one plane, the scatter is that of its repeats
+    its_error = np.where(alone, _grouped(planes[normal], error[normal])[1], its_error)
+    its_count = np.where(alone, _grouped(planes[normal], count[normal])[1], its_count)
     merged = (
         np.concatenate([directions[~normal], one]),
         np.concatenate([mean[~normal], its_mean]),

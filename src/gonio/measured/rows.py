@@ -21,17 +21,16 @@ class Rows:
 
     def __init__(self, path: Path, names: Iterable[str], gaps: Iterable[str] = ()) -> None:
         self.path, self.names = path, tuple(names)
+        self._wide = len(self.names)
         self._may_miss = [name in frozenset(gaps) for name in self.names]
         self._lines, self._words = array("q"), list[str]()
         self._parts: list[npt.NDArray[np.float64]] = []
 
     def add(self, line: int, words: list[str]) -> None:
         """The words of one line."""
-        if len(words) != len(self.names):
-            what = f"has {len(words)} numbers, not {len(self.names)}: {', '.join(self.names)}"
+        if len(words) != self._wide:
+            what = f"has {len(words)} numbers, not {self._wide}: {', '.join(self.names)}"
             raise FormatError(self.path, what, f"line {line}")
-        if len(self._lines) * len(self.names) >= MOST_VALUES:
-            raise FormatError(self.path, f"holds more than {MOST_VALUES} numbers", f"line {line}")
         self._lines.append(line)
         self._words += words
         if len(self._words) >= AT_ONCE:
@@ -39,7 +38,9 @@ class Rows:
 
     def _take(self) -> None:
         """Turn the words that wait into numbers: all at once, and one by one only where some are wrong."""
-        wide = len(self.names)
+        wide = self._wide
+        if len(self._lines) * wide > MOST_VALUES:
+            raise FormatError(self.path, f"holds more than {MOST_VALUES} numbers", f"line {self._lines[-1]}")
         try:
             table = np.array(list(map(float, self._words))).reshape(-1, wide)
         except ValueError:

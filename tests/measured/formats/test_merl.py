@@ -264,6 +264,12 @@ def on_table(values, **extra):
     return directions((2, 2, 2)).assign(brdf=((*extra, *AXES), values, {"units": "sr-1"})).assign_coords(extra)
 
 
+def test_one_channel_of_any_name_is_written_to_all_three(tmp_path):
+    write(on_table(np.ones((1, 2, 2, 2)), channel=["vis"]), tmp_path / "vis.binary")
+    scan = points(read(tmp_path / "vis.binary"))
+    np.testing.assert_allclose(scan["brdf"], 1, rtol=3e-16)
+
+
 @pytest.mark.parametrize(
     ("scan", "what"),
     [

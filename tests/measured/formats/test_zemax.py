@@ -135,7 +135,9 @@ def test_total_integrated_scatter_of_a_perfect_diffuser(tmp_path):
     assert found == pytest.approx([0.3, 0.3, 0.3], rel=0.015)
     whole = FORMAT.layout(flat.assign_attrs(symmetry="anisotropic"))
     f = np.where(whole["theta_r"].values <= HORIZON, 0.3 / np.pi, np.nan)
-    scan = whole.assign(brdf=(("theta_i", "phi_s", "theta_s"), f, {"units": "sr-1"})).assign_attrs(symmetry="anisotropic")
+    scan = whole.assign(brdf=(("theta_i", "phi_s", "theta_s"), f, {"units": "sr-1"})).assign_attrs(
+        symmetry="anisotropic"
+    )
     assert _tis_written(scan, tmp_path) == pytest.approx(found, rel=1e-9)  # the same integral, once around
 
 

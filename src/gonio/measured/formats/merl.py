@@ -17,6 +17,7 @@ import xarray as xr
 
 from gonio.measured import coordinates
 from gonio.measured.binary import Bytes
+from gonio.measured.colours import planes
 from gonio.measured.dataset import ABSOLUTE, HORIZON, PARAMETERISATION
 from gonio.measured.format import Format, Holds
 from gonio.measured.text import MOST_VALUES
@@ -84,7 +85,8 @@ def _scaled(file: Bytes, stored: Values, grid: xr.Dataset) -> tuple[Values, str]
         if (infinite := np.isinf(plane)).any():
             at = HEADER + 8 * (k * plane.size + int(infinite.argmax()))
             raise file.wrong("the value is infinite", at)
-        np.multiply(plane, scale, out=brdf[k])
+        with np.errstate(invalid="ignore"):  # a signalling NaN of a damaged file
+            np.multiply(plane, scale, out=brdf[k])
         invalid = ~(plane >= 0)  # NaN too
         marked += int(invalid.sum())
         dropped += int((below & ~invalid).sum())
@@ -161,24 +163,13 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     shape = _shape(scan)
     if shape is None:
         raise ValueError("a MERL table has cells of its own in theta_h, theta_d and phi_d: resample the scan onto them")
-    brdf = scan["brdf"]
-    if "channel" in brdf.dims:
-        if sorted(map(str, brdf["channel"].values)) != sorted(SCALES):
-            raise ValueError(
-                f"a MERL table has the channels R, G and B, not {', '.join(map(str, brdf.channel.values))}"
-            )
-        planes = [brdf.sel(channel=name) for name in SCALES]
-    else:
-        planes = [brdf] * len(SCALES)
-    others = [str(d) for d in planes[0].dims if d not in AXES]
-    if others:
-        raise ValueError(f"a MERL table holds one set in three colours: select one of each {' and '.join(others)}")
-    if float(np.nanmin(brdf.values, initial=0.0)) < 0:
+    found = planes(scan["brdf"], AXES, "a MERL table")
+    if any((plane < 0).any() for plane in found):
         raise ValueError("a MERL table marks cells without a value by negative numbers: leave negative values out")
     with path.open("wb") as file:
         file.write(np.array(shape, "<i4").tobytes())
-        for plane, scale in zip(planes, SCALES.values(), strict=True):
-            file.write(_unscaled(plane.transpose(*AXES).values.astype(float), scale).astype("<f8").tobytes())
+        for plane, scale in zip(found, SCALES.values(), strict=True):
+            file.write(_unscaled(plane, scale).astype("<f8").tobytes())
 
 
 def _unscaled(brdf: Values, scale: float) -> Values:

@@ -80,6 +80,8 @@ def _stored(fields: Fields) -> tuple[npt.NDArray[np.floating], dict[str, Any]]:
     if name == "rgb":
         if found.shape[2] != 3:
             raise fields.wrong(name, f"it has {found.shape[2]} channels, not 3")
+        if GREY in fields.arrays and not (found == found[:, :, :1]).all():
+            raise fields.wrong(GREY, "the file is said to be grey, and its channels differ")
         return found, {"channel": np.array(["R", "G", "B"])}
     wavelengths = fields.get("wavelengths", "<f4", 1)
     fields.check("wavelengths", np.isfinite(wavelengths) & (wavelengths > 0), "no wavelength")

@@ -16,16 +16,16 @@ import xarray as xr
 
 from gonio.measured import coordinates
 from gonio.measured.binary import Bytes
+from gonio.measured.colours import COLOURS, planes
 from gonio.measured.dataset import RELATIVE
 from gonio.measured.format import Format, Holds
 
 Values = npt.NDArray[np.float64]
 
-CHANNELS = ("R", "G", "B")
 POLAR, AZIMUTHS = 15.0 * np.arange(6), 7.5 * np.arange(48)
 AXES = {"theta_i": POLAR, "phi_i": AZIMUTHS, "theta_r": POLAR, "phi": AZIMUTHS}
 SHAPE = tuple(len(values) for values in AXES.values())
-SIZE = 8 * len(CHANNELS) * int(np.prod(SHAPE))
+SIZE = 8 * len(COLOURS) * int(np.prod(SHAPE))
 HEAD = 512  # numbers that are looked at to recognise a file without a signature
 SMALLEST, LARGEST = 1e-9, 1e6  # of a number of such a file; other bytes taken as float64 are hardly ever all between
 
@@ -48,14 +48,14 @@ def _read(path: Path) -> xr.Dataset:
     if file.size != SIZE:
         what = f"holds {file.size} bytes of numbers without a header, and a UTIA file {SIZE}"
         raise file.wrong(what, min(file.size, SIZE))
-    stored = file.array("<f8", (len(CHANNELS), *SHAPE), "the table")
+    stored = file.array("<f8", (len(COLOURS), *SHAPE), "the table")
     if not (finite := np.isfinite(stored)).all():
         raise file.wrong("the value is not finite", 8 * int((~finite).argmax()))
     if not stored.any():
         raise file.wrong("every brdf value is zero", 0)
     return xr.Dataset(
         {"brdf": (("channel", *AXES), _turned(stored, back=False), {"units": RELATIVE})},
-        coords={"channel": ("channel", np.array(CHANNELS)), **coordinates.grid("spherical", **AXES).coords},
+        coords={"channel": ("channel", np.array(COLOURS)), **coordinates.grid("spherical", **AXES).coords},
         attrs={
             "Conventions": "CF-1.11",
             "history": "kept the numbers as stored: the database calls them sRGB, and public readers disagree on "
@@ -85,15 +85,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     for name, nodes in AXES.items():
         if name not in brdf.dims or not np.array_equal(scan[name].values, nodes):
             raise ValueError(f"a UTIA file has {name} from 0 to {nodes[-1]:g} by {nodes[1]:g} deg: resample the scan")
-    if "channel" in brdf.dims:
-        if sorted(map(str, brdf["channel"].values)) != sorted(CHANNELS):
-            raise ValueError(f"a UTIA file has the channels R, G and B, not {', '.join(map(str, brdf.channel.values))}")
-        planes = [brdf.sel(channel=name) for name in CHANNELS]
-    else:
-        planes = [brdf] * len(CHANNELS)
-    if others := [str(d) for d in planes[0].dims if d not in AXES]:
-        raise ValueError(f"a UTIA file holds one set in three colours: select one of each {' and '.join(others)}")
-    values = np.stack([plane.transpose(*AXES).values.astype(float) for plane in planes])
+    values = np.stack(planes(brdf, tuple(AXES), "a UTIA file"))
     if not np.isfinite(values).all():
         raise ValueError("a UTIA file has no gaps: fill them")
     path.write_bytes(_turned(values, back=True).astype("<f8").tobytes())

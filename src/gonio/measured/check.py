@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS, flatten, in_use
-from gonio.measured.distinct import distinct_rows, repeats
+from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.units import label
 
 
@@ -114,12 +114,9 @@ def _values(scan: xr.Dataset) -> list[Finding]:
 
 def _duplicates(scan: xr.Dataset, is_grid: bool) -> list[Finding]:
     columns, sets = ([scan[n].values for n in names if n in scan.coords] for names in (DIRECTIONS, SETS))
-    group = distinct_rows(sets)[1] if sets else np.zeros(scan.sizes["direction"], dtype=np.intp)
-    size = repeats(columns, group)  # of one set, if all have the same directions
-    place = distinct_rows([column[: size or None] for column in (*columns, *([] if size else [group]))])[1]
+    group = combined(sets) if sets else np.zeros(scan.sizes["direction"], dtype=np.intp)
+    place = distinct_in_groups(columns, group)
     repeated = np.bincount(place)[place] > 1
-    if size:
-        repeated = np.tile(repeated, len(group) // size)
     if not repeated.any():
         return []
     if is_grid:

@@ -1,4 +1,4 @@
-"""Fetching from a server on this machine: whole, cut off, without ranges, with wrong bytes; and from the cache alone."""
+"""Fetching from a server on this machine, whole, cut off or with wrong bytes, and from the cache alone."""
 
 import contextlib
 import functools
@@ -69,7 +69,7 @@ def serve(monkeypatch, tmp_path):
     def start(manner):
         asked = []
         server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Server, manner, asked))
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
         running.append(server)
         return f"http://127.0.0.1:{server.server_port}/mirror", asked
 
@@ -130,7 +130,10 @@ def test_a_line_that_breaks_is_taken_up_where_it_broke(serve):
     address, asked = serve("cuts")
     assert archive.fetch(NAME, address).read_bytes() == CONTENT
     starts = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in asked]
-    assert starts == [0, 300_000, 600_000, 900_000]
+    assert len(starts) == 4
+    # Each answer brings 300 000 bytes, and the last piece of one that breaks off is lost.
+    assert all(0 <= k * 300_000 - start < k * download.CHUNK for k, start in enumerate(starts[1:], start=1))
+    assert starts[0] == 0
 
 
 def test_what_arrived_is_kept_for_the_next_run(serve, monkeypatch, tmp_path):
@@ -139,9 +142,11 @@ def test_what_arrived_is_kept_for_the_next_run(serve, monkeypatch, tmp_path):
     with pytest.raises(OSError, match=r"surface\.bsdf did not arrive.*same command goes on from it"):
         archive.fetch(NAME, address)
     assert contents(tmp_path) == ["small-licence.txt", "surface.bsdf.part"]
+    arrived = (tmp_path / "cache" / "small" / "surface.bsdf.part").stat().st_size
+    assert 0 <= 600_000 - arrived < 2 * download.CHUNK
     whole, asked = serve("whole")
     assert archive.fetch(NAME, whole).read_bytes() == CONTENT
-    assert asked == [("/mirror/deep/surface.bsdf", "bytes=600000-")]
+    assert asked == [("/mirror/deep/surface.bsdf", f"bytes={arrived}-")]
     assert contents(tmp_path) == ["small-licence.txt", "surface.bsdf"]
 
 
@@ -348,7 +353,8 @@ def test_json_of_a_fetched_file(run, serve):
 
 
 def test_nothing_of_the_network_is_loaded_before_it_is_needed():
-    code = "import sys, gonio.app.cli, gonio.archive; gonio.archive.collections(); print({'requests', 'pooch'} & set(sys.modules))"
+    code = "import sys, gonio.app.cli; from gonio.archive import collections; collections()"
+    code += "; print({'requests', 'pooch'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
 

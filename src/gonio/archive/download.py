@@ -12,7 +12,7 @@ from gonio.archive.collection import PublicFile
 
 ATTEMPTS = 4
 PATIENCE = (10.0, 60.0)  # s to connect, and between two pieces of the answer
-CHUNK = 2**18  # bytes
+CHUNK = 2**15  # bytes; one that breaks off is lost
 PARTIAL, RANGE_REFUSED, BUSY = 206, 416, (408, 429)  # HTTP
 
 
@@ -35,8 +35,8 @@ class Download:
     def __call__(self, url: str, output_file: Any, pooch: Any) -> None:
         """Fetch `url` to `output_file`.
 
-        Raises ValueError where the archive has something else, InterruptedDownloadError where it does not answer; a partial file
-        stays only after the latter.
+        Raises ValueError where the archive has something else, and InterruptedDownloadError where it does not answer;
+        a partial file stays only after the latter.
         """
         resumed = self._arrive(url)
         found = sha256(self.partial)

@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .PHONY: demo test check bench bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral intervals \
-	lock clean
+	formats-page fuzz bench-big lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -44,6 +44,19 @@ catalogue: $(VENV)/.test $(VENV)/.gonio
 	$(BIN)/python docs/catalogue.py
 	$(BIN)/ruff format -q docs/catalogue.md
 
+# docs/formats.md from the declarations of the formats.
+formats-page: $(VENV)/.test $(VENV)/.gonio
+	$(BIN)/python docs/formats.py
+
+# Every format against so many damaged and hostile files, an hour or two; writes docs/fuzzing.md and benchmarks/fuzzing.json.
+INPUTS := 200000
+fuzz: $(VENV)/.test $(VENV)/.gonio
+	$(THREADS) $(BIN)/python tests/fuzzing.py --inputs $(INPUTS) --workers 2
+
+# A file of MERL's size read, and fitted by several models; writes benchmarks/big.json.
+bench-big: $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/big.py
+
 # The figure of the README, from a scan beside the project.
 SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv
 figures: $(VENV)/.gonio
@@ -71,7 +84,8 @@ PEERS := .venv-peers
 crosscheck: $(PEERS)/.installed $(VENV)/.test $(VENV)/.gonio
 	$(PEERS)/bin/python tests/crosscheck/mitsuba_peer.py
 	$(PEERS)/bin/python tests/crosscheck/scatmech_peer.py
-	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py
+	$(PEERS)/bin/python tests/crosscheck/radiance_peer.py
+	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_radiance_peer.py
 
 $(PEERS)/.installed: requirements-crosscheck.lock
 	$(PYTHON) -m venv $(PEERS)

@@ -45,9 +45,8 @@ def anoblack_ec1() -> xr.Dataset:
 
 
 def merl_aluminium() -> xr.Dataset:
-    """The in-plane slice of MERL's aluminium: five columns, theta_r signed."""
-    theta_i, _, theta_r, _, brdf = np.loadtxt(DATA / "files" / "columns" / "merl_aluminium_slice.csv").T
-    return _as_peers_take_it(make_scan(theta_i, theta_r, brdf))
+    """The in-plane slice of MERL's aluminium, a file of five columns."""
+    return _as_peers_take_it(read(DATA / "files" / "columns" / "merl_aluminium_slice.csv"))
 
 
 def _as_peers_take_it(scan: xr.Dataset) -> xr.Dataset:

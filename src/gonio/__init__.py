@@ -19,9 +19,11 @@ _HOMES = {
     "Solution": "gonio.fit.solution",
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
+    "convert": "gonio.measured.conversion",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
     "read": "gonio.measured.formats",
+    "resample": "gonio.measured.resample",
     "simulate": "gonio.measured.simulation",
     "write": "gonio.measured.formats",
 }
@@ -37,9 +39,11 @@ __all__ = [
     "Solution",
     "catalogue",
     "check",
+    "convert",
     "join",
     "published",
     "read",
+    "resample",
     "simulate",
     "write",
 ]
@@ -51,9 +55,11 @@ if TYPE_CHECKING:
     from gonio.fit.solution import Solution
     from gonio.geometry import Geometry
     from gonio.measured.check import check
+    from gonio.measured.conversion import convert
     from gonio.measured.dataset import join
     from gonio.measured.formats import read, write
     from gonio.measured.instrument import Instrument
+    from gonio.measured.resample import resample
     from gonio.measured.simulation import simulate
     from gonio.model import Model, Parameter
     from gonio.models import catalogue

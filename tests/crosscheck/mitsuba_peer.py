@@ -19,9 +19,9 @@ LEAST_COSINE = 0.1
 LOBE = 0.5  # squared slope of the facet up to which a geometry belongs to the lobe of a surface of rms slope 1/2
 
 
-def directions(random, count):
+def directions(random, count, least=LEAST_COSINE):
     """Integers (count, 3) over GRID that make unit vectors to 1e-9, uniform in the cosine of the polar angle."""
-    z = random.uniform(LEAST_COSINE, 1.0, 60 * count)
+    z = random.uniform(least, 1.0, 60 * count)
     azimuth = random.uniform(0.0, 2 * np.pi, z.size)
     across = np.sqrt(1 - z**2)
     found = np.rint(GRID * np.stack([across * np.cos(azimuth), across * np.sin(azimuth), z], axis=-1)).astype(np.int64)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from gonio.app import present
 from gonio.fit.half_width import half_widths
@@ -13,43 +14,66 @@ from gonio.measured.check import check
 from gonio.measured.formats import read, recognise
 from gonio.units import label
 
+MOST_LINES = 40  # of a file's own remarks
+MOST_POINTS = 100_000  # of a scan whose curves are read for their half widths
+
 
 def describe(path: Path) -> dict[str, Any]:
     """A scan's format, quantity, grid and findings as plain data."""
-    scan = read(path)
+    scan, found = read(path), recognise(path)
     flat = dataset.flatten(scan)
-    used = dataset.points(flat)
-    unit = scan["brdf"].attrs.get("units", "")
+    used = dataset.in_use(flat)
     in_plane = bool(dataset.is_in_plane(flat).all())
     return {
         "file": str(path),
-        "format": recognise(path).title,
-        "quantity": "relative BRDF" if unit == dataset.RELATIVE else "BRDF",
-        "unit": unit,
+        "format": found.title,
+        "name": found.name,
+        "quantity": _quantity(scan),
+        "stored": scan.attrs.get("stored", ""),
+        "unit": scan["brdf"].attrs.get("units", ""),
         "points": int(flat.sizes["direction"]),
-        "points_in_use": int(used.sizes["direction"]),
-        "theta_i": np.unique(flat["theta_i"].values).tolist(),
+        "points_in_use": int(used.sum()),
+        "grid": {str(d): n for d, n in scan["brdf"].sizes.items() if d != "direction"},
+        "theta_i": _distinct(scan, "theta_i"),
         "theta_r": _range(dataset.signed_theta_r(flat) if in_plane else flat["theta_r"].values),
-        "wavelengths": np.unique(flat["wavelength"].values).tolist() if "wavelength" in flat.coords else [],
-        "channels": np.unique(flat["channel"].values).tolist() if "channel" in flat.coords else [],
-        "symmetry": "in plane" if in_plane else "all azimuths",
+        "phi_i": _distinct(scan, "phi_i"),
+        "wavelengths": _distinct(scan, "wavelength"),
+        "channels": _distinct(scan, "channel"),
+        "symmetry": _symmetry(scan, in_plane),
         "uncertainty": "uncertainty" in flat,
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
         "checks": [
             {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(flat)
         ],
-        "half_widths": [
-            {
-                "curve": h.curve,
-                "gamma": h.gamma,
-                "uncertainty": h.uncertainty,
-                "floor": h.floor,
-                "status": str(h.status),
-            }
-            for h in half_widths(flat)
-        ],
+        "half_widths": _half_widths(flat) if flat.sizes["direction"] <= MOST_POINTS else [],
     }
+
+
+def _quantity(scan: xr.Dataset) -> str:
+    """What the values are: the reader's own word, else by the modes and the unit."""
+    if "quantity" in scan.attrs:
+        return str(scan.attrs["quantity"])
+    modes = _distinct(scan, "mode")
+    name = "BSDF" if len(modes) > 1 else "BTDF" if modes == ["transmission"] else "BRDF"
+    mueller = "Mueller " if "mueller" in scan else ""
+    return f"relative {name}" if scan["brdf"].attrs.get("units") == dataset.RELATIVE else f"{mueller}{name}"
+
+
+def _symmetry(scan: xr.Dataset, in_plane: bool) -> str:
+    if in_plane:
+        return "in plane"
+    turned = len(_distinct(scan, "phi_i")) > 1
+    return str(scan.attrs.get("symmetry") or ("surface turned" if turned else "all azimuths"))
+
+
+def _distinct(scan: xr.Dataset, name: str) -> list[Any]:
+    return np.unique(scan[name].values).tolist() if name in scan.coords else []
+
+
+def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
+    names = ("curve", "gamma", "uncertainty", "floor")
+    return [{n: getattr(h, n) for n in names} | {"status": str(h.status)} for h in half_widths(flat)]
 
 
 def _range(values: np.ndarray) -> list[float]:
@@ -63,22 +87,30 @@ def tables(record: dict[str, Any]) -> Iterator[Any]:
     facts = present.table("", "", left=2)
     facts.show_header = False
     facts.add_row("points", f"{record['points']}, {record['points_in_use']} in use, {record['symmetry']}")
+    if record["grid"]:
+        facts.add_row("grid", " x ".join(f"{name} {size}" for name, size in record["grid"].items()))
+    if record["stored"]:
+        facts.add_row("stored as", _escaped(record["stored"]))
     facts.add_row("theta_i", _listed(record["theta_i"], "deg"))
     facts.add_row("theta_r", f"{low:g} to {high:g} deg")
+    if record["phi_i"]:
+        facts.add_row("surface turned to", _listed(record["phi_i"], "deg"))
     for name, unit in (("wavelengths", "nm"), ("channels", "")):
         if record[name]:
             facts.add_row(name, _listed(record[name], unit))
     facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
     yield facts
-    for line in record["provenance"]:
+    for line in record["provenance"][:MOST_LINES]:
         yield f"[dim]# {_escaped(line)}[/dim]"
+    if len(record["provenance"]) > MOST_LINES:
+        yield f"[dim]# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all[/dim]"
     for finding in record["checks"]:
         where = f" ({finding['where']})" if finding["where"] else ""
         yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
     if not record["checks"]:
         yield "nothing wrong was found"
     if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
-        widths = present.table("backscatter side of", "half width [deg]", "status", left=1)
+        widths = present.table("curve", "half width [deg]", "backscatter side", left=1)
         widths.columns[2].justify = "left"
         for h in record["half_widths"]:
             width = present.uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"

@@ -11,8 +11,10 @@ if TYPE_CHECKING:
 
     from gonio.model import Model
 
-Scan = Annotated[Path, typer.Argument(help="a measured scan: tidy CSV or gonio NetCDF", show_default=False)]
-Scans = Annotated[list[Path], typer.Argument(help="measured scans: tidy CSV or gonio NetCDF", show_default=False)]
+Scan = Annotated[Path, typer.Argument(help="a measured scan, in any format of `gonio formats`", show_default=False)]
+Scans = Annotated[
+    list[Path], typer.Argument(help="measured scans, in any format of `gonio formats`", show_default=False)
+]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
 Values = Annotated[
@@ -72,8 +74,11 @@ Workers = Annotated[
 MODELS_A_WORKER = 8  # fewer are fitted before another process has started
 
 
-def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.Dataset":
-    """A scan without errors, masked and reduced as asked; its warnings go to standard error."""
+def read_scan(path: Path, blocked: float, floor: str, select: list[str], findings: bool = True) -> "xr.Dataset":
+    """A scan masked and reduced as asked; with `findings` its errors are raised and its warnings go to standard error.
+
+    What is only converted or compared may be wrong: it is not made worse by that.
+    """
     from gonio import check, read
     from gonio.app import arguments
     from gonio.measured.check import Severity
@@ -83,7 +88,7 @@ def read_scan(path: Path, blocked: float, floor: str, select: list[str]) -> "xr.
     data = choose(read(path), arguments.pairs(select, "--select"))
     if blocked > 0 or floor:
         data = mask(data, blocked=blocked, floor=arguments.number(floor, "--floor") if floor else None)
-    for finding in check(data):
+    for finding in check(data) if findings else ():
         if finding.severity is Severity.ERROR:
             raise ValueError(f"{path}: {finding}")
         if finding.severity is Severity.WARNING:

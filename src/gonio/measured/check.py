@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, RELATIVE, SETS, flatten, in_use
+from gonio.measured.distinct import distinct_rows, repeats
 from gonio.units import label
 
 
@@ -112,10 +113,13 @@ def _values(scan: xr.Dataset) -> list[Finding]:
 
 
 def _duplicates(scan: xr.Dataset) -> list[Finding]:
-    columns = [np.unique(scan[n].values, return_inverse=True)[1] for n in (*DIRECTIONS, *SETS) if n in scan.coords]
-    rows = np.column_stack(columns)
-    _, first, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
-    repeated = counts[first.ravel()] > 1
+    columns, sets = ([scan[n].values for n in names if n in scan.coords] for names in (DIRECTIONS, SETS))
+    group = distinct_rows(sets)[1] if sets else np.zeros(scan.sizes["direction"], dtype=np.intp)
+    size = repeats(columns, group)  # of one set, if all have the same directions
+    place = distinct_rows([column[: size or None] for column in (*columns, *([] if size else [group]))])[1]
+    repeated = np.bincount(place)[place] > 1
+    if size:
+        repeated = np.tile(repeated, len(group) // size)
     if not repeated.any():
         return []
     what = f"{_count(repeated)} share their geometry with another"
@@ -124,8 +128,8 @@ def _duplicates(scan: xr.Dataset) -> list[Finding]:
 
 
 def _coverage(scan: xr.Dataset) -> list[Finding]:
-    incidences = np.unique(scan["theta_i"].values[in_use(scan)])
-    if len(incidences) != 1:
+    incidences = scan["theta_i"].values[in_use(scan)]
+    if not len(incidences) or (incidences != incidences[0]).any():
         return []
     what = f"one incidence angle only, {incidences[0]:g} deg"
     remedy = "a fit says nothing about other incidence angles; measure at two or more"

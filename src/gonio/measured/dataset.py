@@ -17,6 +17,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.geometry import Geometry
+from gonio.measured.distinct import distinct
 from gonio.units import CF_STRINGS
 
 ANGLES = ("theta_i", "theta_r", "phi")
@@ -97,9 +98,10 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
         return scan
     wide = scan["brdf"].dims
     names = [n for n in (*scan.data_vars, *DIRECTIONS, *SETS) if n in scan.variables and set(scan[n].dims) <= set(wide)]
-    full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide) for n in names}
-    kept = ~(np.isnan(full["brdf"].values) & (full["theta_r"].values > HORIZON)).ravel()
-    columns = {n: ("direction", v.values.ravel()[kept], scan[n].attrs) for n, v in full.items()}
+    below = (scan["theta_i"] > HORIZON) | (scan["theta_r"] > HORIZON)
+    full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide).values for n in names}
+    kept = ~(np.isnan(full["brdf"]) & below.broadcast_like(scan["brdf"]).transpose(*wide).values)
+    columns = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
     coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
     attrs = {name: value for name, value in scan.attrs.items() if name != PARAMETERISATION}
     return xr.Dataset(columns, coords=coords, attrs=attrs)
@@ -136,22 +138,30 @@ def signed_theta_r(scan: xr.Dataset) -> npt.NDArray[np.float64]:
 
 def sets(scan: xr.Dataset) -> tuple[str, ...]:
     """The coordinates along which a flat scan holds more than one set."""
-    return tuple(name for name in SETS if name in scan.coords and len(np.unique(scan[name].values)) > 1)
+    return tuple(name for name in SETS if name in scan.coords and len(distinct(scan[name].values)[0]) > 1)
 
 
 def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
-    """The rows of a flat scan where every coordinate named has the value given; ValueError when none is left."""
-    flat = flatten(scan)
+    """The part of a scan where every coordinate named has the value given; ValueError when none is left.
+
+    A dense scan stays on its grid where the choice is along one of its dimensions, and is flattened otherwise.
+    """
     for name, wanted in choice.items():
-        if name not in flat.coords:
-            raise ValueError(f"there is no coordinate {name!r} to select; there are {', '.join(map(str, flat.coords))}")
-        values = flat[name].values
+        if name not in scan.coords:
+            raise ValueError(f"there is no coordinate {name!r} to select; there are {', '.join(map(str, scan.coords))}")
+        along = scan[name].dims
+        if len(along) > 1 or (along and along != (name,)) or name in ANGLES:
+            scan = flatten(scan)
+            along = ("direction",)
+        values = np.atleast_1d(scan[name].values)
         is_number = values.dtype.kind in "if"
-        keep = np.isclose(values.astype(float), float(wanted)) if is_number else values == str(wanted)
+        keep = np.isclose(values.astype(float), float(wanted)) if is_number else values.astype(str) == str(wanted)
         if not keep.any():
             raise ValueError(f"no {name} is {wanted}; there are {', '.join(f'{v}' for v in np.unique(values))}")
-        flat = flat.isel(direction=np.flatnonzero(keep))
-    return add_history(flat, "selected " + ", ".join(f"{k}={v}" for k, v in choice.items())) if choice else flat
+        rows = np.flatnonzero(keep)
+        if along:
+            scan = scan.isel({along[0]: rows if along == ("direction",) else rows[0]})
+    return add_history(scan, "selected " + ", ".join(f"{k}={v}" for k, v in choice.items())) if choice else scan
 
 
 def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 
@@ -13,7 +15,8 @@ class Holds:
 
     `sets`: the coordinates (of dataset.SETS) by which it tells several sets of directions apart; one set of any kind
     always fits. `variables`: the variables beside brdf that it keeps, `*` for all. `gaps`: whether a value may be
-    missing. `relative`: whether it says that data are relative; one that cannot is never given relative data.
+    missing. `quantity`: what it holds where that is no BRDF, as the scan's attribute of that name says.
+    `relative`: whether it says that data are relative; one that cannot is never given relative data.
     """
 
     azimuths: bool = True
@@ -24,6 +27,7 @@ class Holds:
     negative: bool = True
     sets: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
+    quantity: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,5 +49,6 @@ class Format:
     read: Callable[[Path], xr.Dataset]
     write: Callable[[xr.Dataset, Path], None] | None = None
     layout: Callable[[xr.Dataset], xr.Dataset] | None = None
+    evaluate: Callable[..., npt.NDArray[np.float64]] | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0

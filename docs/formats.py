@@ -1,0 +1,78 @@
+"""Make docs/formats.md from the declarations of the formats: `make formats-page`."""
+
+import importlib
+import inspect
+import pkgutil
+from pathlib import Path
+
+from gonio.app.format_table import HEADINGS, LEGEND, record, rows
+from gonio.measured import formats as package
+from gonio.measured.format import Format
+
+HERE = Path(__file__).resolve().parent
+
+HEAD = """# Formats: what gonio reads and writes
+
+Made by `make formats-page` from the declarations in `src/gonio/measured/formats`; `gonio formats` prints the table.
+
+A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
+relative data in a.u., and `gonio info FILE` says which, what the file stored, and what was done to it. A format that has no
+public grammar (TracePro, ASAP) is not promised.
+
+## Converting
+
+```
+gonio convert scan.csv coating.bsdf --to zemax --fill symmetry,ggx --weighting log
+```
+
+- What the target cannot hold is left out with a word (uncertainties, masks, a single wavelength's number) or refused (relative data in a
+  format of absolute ones, several wavelengths in a format of one, transmission). Nothing is bent silently.
+- A target with a grid of its own gets the data **resampled**: values at directions that were measured are taken as they are; between
+  them is linear interpolation in the data's own coordinates, and between incidence angles the lobe moves along with the mirror direction.
+  Formats with an interpolation of their own (RGL, Klems) are read by that. Outside of the data there is nothing: a gap.
+- `--fill symmetry` puts the value of the mirror image or of the exchanged directions into a gap, `--fill MODEL` that of a model fitted to
+  the data. Both are counted in the history, and files that can (CSV, NetCDF, Zarr) keep the origin of every value beside it.
+- `--impose reciprocity,bilateral` replaces every value by the mean over its images, for programs that take these symmetries for granted.
+- The **error** printed is that of the file as it reads back, at the directions of the data: rms and bias relative to the data, weighted
+  by solid angle. It says nothing about directions that were not measured.
+- `gonio diff A B` compares any two files at the directions of the second; `--out FILE` draws it.
+
+In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, directions)`, `gonio.measured.difference.difference(a, b)`.
+
+## What each can hold
+
+LEGEND
+
+"""
+
+
+def main() -> None:
+    """Write the page."""
+    text = (
+        HEAD.replace("LEGEND", f"{LEGEND[0].upper()}{LEGEND[1:]}.")
+        + "\n".join([_row(HEADINGS), "|" + "---|" * len(HEADINGS), *(_row(r) for r in rows())])
+        + "\n"
+    )
+    for module in pkgutil.iter_modules(package.__path__):
+        found = importlib.import_module(f"{package.__name__}.{module.name}")
+        declared = [v for v in vars(found).values() if isinstance(v, Format)]
+        if declared:
+            text += "\n".join(["", *_entry(found, declared)])
+    (HERE / "formats.md").write_text(text, encoding="utf-8")
+
+
+def _row(cells: tuple[str, ...]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _entry(module: object, declared: list[Format]) -> list[str]:
+    """The formats of one module: their names, and its own words on layout, conventions and limits."""
+    lines = []
+    for one in sorted(declared, key=lambda f: f.name):
+        how = "read and written" if record(one)["write"] else "read"
+        lines += [f"## {one.title}", "", f"`{one.name}`, usually `{one.suffix}`; {how}.", ""]
+    return [*lines, inspect.getdoc(module) or "", ""]
+
+
+if __name__ == "__main__":
+    main()

@@ -90,7 +90,7 @@ def _table(wanted: "list[Collection]") -> "Table":
 
     out = present.table("collection", "what it is", "licence", "files", "size", left=3)
     for c in wanted:
-        out.add_row(c.name, c.title.partition(":")[0], c.licence, str(len(c.files)), _size(c.size))
+        out.add_row(c.name, c.title.partition(": ")[2], c.licence, str(len(c.files)), _size(c.size))
     return out
 
 

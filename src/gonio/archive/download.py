@@ -12,10 +12,11 @@ from gonio.archive.collection import PublicFile
 
 ATTEMPTS = 4
 PATIENCE = (10.0, 60.0)  # s to connect, and between two pieces of the answer
-CHUNK = 2**18  # bytes
+CHUNK = 2**15  # bytes; one that breaks off is lost
+PARTIAL, RANGE_REFUSED, BUSY = 206, 416, (408, 429)  # HTTP
 
 
-class Interrupted(OSError):
+class InterruptedDownloadError(OSError):
     """The archive did not answer, or the line broke; what had arrived is kept for the next time."""
 
 
@@ -34,8 +35,8 @@ class Download:
     def __call__(self, url: str, output_file: Any, pooch: Any) -> None:
         """Fetch `url` to `output_file`.
 
-        Raises ValueError where the archive has something else, Interrupted where it does not answer; a partial file
-        stays only after the latter.
+        Raises ValueError where the archive has something else, and InterruptedDownloadError where it does not answer;
+        a partial file stays only after the latter.
         """
         resumed = self._arrive(url)
         found = sha256(self.partial)
@@ -53,7 +54,7 @@ class Download:
 
     def _arrive(self, url: str) -> bool:
         """Bring the whole file into `partial`; whether a part of it was there before."""
-        import requests  # type: ignore[import-untyped]
+        import requests
 
         resumed = self._have() > 0
         for attempt in range(1, ATTEMPTS + 1):
@@ -66,7 +67,9 @@ class Download:
                 why = _in_words(error)
             if attempt < ATTEMPTS:
                 time.sleep(self.pause * attempt)
-        raise Interrupted(f"{url} did not arrive: {why}; what is there is kept, and the same command goes on from it")
+        raise InterruptedDownloadError(
+            f"{url} did not arrive: {why}; what is there is kept, and the same command goes on from it"
+        )
 
     def _have(self) -> int:
         return self.partial.stat().st_size if self.partial.exists() else 0
@@ -83,18 +86,15 @@ class Download:
         # Without compression on the way, so that bytes count the same on both sides.
         headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
         with requests.get(url, headers=headers, stream=True, timeout=PATIENCE) as answer:
-            if answer.status_code == requests.codes.requested_range_not_satisfiable:
+            status = answer.status_code
+            if status == RANGE_REFUSED:
                 self.partial.unlink()
                 return
-            if requests.codes.bad_request <= answer.status_code < requests.codes.internal_server_error:
-                raise ValueError(
-                    f"{url}: the archive answers {answer.status_code} {answer.reason}: name a mirror with --base-url"
-                )
+            if 400 <= status < 500 and status not in BUSY:
+                raise ValueError(f"{url}: the archive answers {status} {answer.reason}: name a mirror with --base-url")
             answer.raise_for_status()
-            goes_on = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
-            with self.partial.open(
-                "ab" if answer.status_code == requests.codes.partial_content and goes_on else "wb"
-            ) as out:
+            goes_on = status == PARTIAL and answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
+            with self.partial.open("ab" if goes_on else "wb") as out:
                 for chunk in answer.iter_content(CHUNK):
                     out.write(chunk)
                     self.progress(min(out.tell() / self.file.size, 1.0))

@@ -87,7 +87,8 @@ crosscheck: $(PEERS)/.installed $(VENV)/.test $(VENV)/.gonio
 	$(THREADS) $(BIN)/python tests/crosscheck/rgl_agreement.py samples $(PEERS)/rgl
 	$(PEERS)/bin/python tests/crosscheck/rgl_peer.py $(PEERS)/rgl $(PEERS)/rgl.npz
 	$(THREADS) $(BIN)/python tests/crosscheck/rgl_agreement.py compare $(PEERS)/rgl $(PEERS)/rgl.npz
-	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_rgl_peer.py
+	$(PEERS)/bin/python tests/crosscheck/radiance_peer.py
+	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_radiance_peer.py tests/test_rgl_peer.py
 
 $(PEERS)/.installed: requirements-crosscheck.lock
 	$(PYTHON) -m venv $(PEERS)

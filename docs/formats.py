@@ -5,7 +5,7 @@ import inspect
 import pkgutil
 from pathlib import Path
 
-from gonio.app.format_table import HEADINGS, record, rows
+from gonio.app.format_table import HEADINGS, LEGEND, record, rows
 from gonio.measured import formats as package
 from gonio.measured.format import Format
 
@@ -41,15 +41,18 @@ In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, direct
 
 ## What each can hold
 
-Every format is read. *turned*: a surface turned about its normal (anisotropic); *transm.*: transmission; *gaps*: missing values;
-*uncert.*: uncertainties.
+LEGEND
 
 """
 
 
 def main() -> None:
     """Write the page."""
-    text = HEAD + "\n".join([_row(HEADINGS), "|" + "---|" * len(HEADINGS), *(_row(r) for r in rows())]) + "\n"
+    text = (
+        HEAD.replace("LEGEND", f"{LEGEND[0].upper()}{LEGEND[1:]}.")
+        + "\n".join([_row(HEADINGS), "|" + "---|" * len(HEADINGS), *(_row(r) for r in rows())])
+        + "\n"
+    )
     for module in pkgutil.iter_modules(package.__path__):
         found = importlib.import_module(f"{package.__name__}.{module.name}")
         declared = [v for v in vars(found).values() if isinstance(v, Format)]

@@ -17,6 +17,7 @@ from gonio.fit.solution import Solution
 from gonio.fit.solver import Progress, Solver, silent
 from gonio.fit.strength import resolved
 from gonio.measured import dataset
+from gonio.measured.distinct import distinct
 from gonio.measured.instrument import Acceptance
 from gonio.model import Model
 from gonio.processes import results
@@ -57,6 +58,8 @@ METRICS: Mapping[str, Metric] = {
 }
 
 # The models that guo2023 compares, its own made reciprocal, and the simplest of all.
+MOST_INCIDENCES = 1000  # angles; a scan has tens
+TOGETHER = 2**16  # directions that are evaluated at once: more cost memory and no less time
 TIE = 1e-6  # relative difference of a metric below which two models do equally well
 FAMILY = ("lambert", "torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz", "cauchy-lorentz-reciprocal")
 
@@ -84,9 +87,17 @@ def metrics(points: xr.Dataset, modelled: Values, weights: Values | None = None)
 
 
 def metrics_by_incidence(points: xr.Dataset, modelled: Values) -> dict[float, dict[str, float]]:
-    """The metrics of each incidence angle [deg] on its own."""
+    """The metrics of each incidence angle [deg] on its own; none where there are more than MOST_INCIDENCES.
+
+    A grid of other coordinates than theta_i has as many as directions, and no angle of it means anything alone.
+    """
     theta_i = points["theta_i"].values
-    rows = {float(angle): np.flatnonzero(theta_i == angle) for angle in np.unique(theta_i)}
+    if len(distinct(theta_i[: 100 * MOST_INCIDENCES])[0]) > MOST_INCIDENCES:  # the first of millions tell
+        return {}
+    angles, place = distinct(theta_i)
+    if len(angles) > MOST_INCIDENCES:
+        return {}
+    rows = {float(angle): np.flatnonzero(place == k) for k, angle in enumerate(angles)}
     return {angle: metrics(points.isel(direction=at), modelled[at]) for angle, at in rows.items()}
 
 
@@ -98,12 +109,14 @@ def drop(reference: float, value: float) -> float:
 def curves(points: xr.Dataset) -> Iterator[tuple[dict[str, Any], npt.NDArray[np.intp]]]:
     """The in-plane curves of a flat scan: what tells each apart, and its rows in the order of signed theta_r."""
     keys = ("theta_i", *dataset.sets(points))
-    columns = [points[key].values for key in keys]
-    signed, in_plane = dataset.signed_theta_r(points), dataset.is_in_plane(points)
-    for row in sorted(set(zip(*(c.tolist() for c in columns), strict=True))):
-        rows = np.flatnonzero(in_plane & np.all([c == v for c, v in zip(columns, row, strict=True)], axis=0))
-        if rows.size:
-            yield dict(zip(keys, row, strict=True)), rows[np.argsort(signed[rows], kind="stable")]
+    some = np.flatnonzero(dataset.is_in_plane(points))
+    if not some.size:
+        return
+    columns = [distinct(points[key].values[some]) for key in keys]
+    order = np.lexsort((dataset.signed_theta_r(points)[some], *(place for _, place in reversed(columns))))
+    next_one = np.any([np.diff(place[order]) != 0 for _, place in columns], axis=0)
+    for part in np.split(order, np.flatnonzero(next_one) + 1):
+        yield {k: v[place[part[0]]].item() for k, (v, place) in zip(keys, columns, strict=True)}, some[part]
 
 
 def at_specular(theta_r: Values, values: Values, theta_i: float) -> float:
@@ -156,8 +169,13 @@ def parts(model: Model, solution: Solution, points: xr.Dataset) -> dict[str, Val
 
 def predict(model: Model, solution: Solution, points: xr.Dataset) -> Values:
     """The fitted BRDF at the directions of a flat scan, as the instrument of the fit reads it."""
-    acceptance = Acceptance(solution.instrument, dataset.geometry(points))
-    return np.asarray(acceptance.brdf(model, solution.at(points)), dtype=float)
+    parts = [points]
+    if points.sizes["direction"] > TOGETHER:
+        some = range(0, points.sizes["direction"], TOGETHER)
+        parts = [points.isel(direction=slice(at, at + TOGETHER)) for at in some]
+    acceptances = (Acceptance(solution.instrument, dataset.geometry(part)) for part in parts)
+    found = [a.brdf(model, solution.at(part)) for a, part in zip(acceptances, parts, strict=True)]
+    return np.concatenate([np.broadcast_to(f, p.sizes["direction"]) for f, p in zip(found, parts, strict=True)])
 
 
 VALIDATED = ("delta", "log10_rmse")

@@ -1,6 +1,7 @@
 """Files: the error that names the place in one, and writing to a temporary name that is then renamed."""
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +26,8 @@ def refuse_existing(path: Path, force: bool) -> None:
 def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
     """A temporary path beside `path` that takes its name when the block ends well and vanishes when it does not.
 
-    Raises FileExistsError where `path` exists and `force` is False.
+    It is an empty file; the block may put a directory in its place. Raises FileExistsError where `path` exists and
+    `force` is False, or where it is a directory that does not look like the one that was written.
     """
     path = Path(path)
     refuse_existing(path, force)
@@ -35,10 +37,38 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
+        if temporary.is_dir():
+            _replace_by_directory(temporary, path)
+        else:
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(path)
     finally:
+        if temporary.is_dir():
+            shutil.rmtree(temporary)
         temporary.unlink(missing_ok=True)
+
+
+def _replace_by_directory(temporary: Path, path: Path) -> None:
+    """Give the directory its name; what had the name is put aside, back where that fails, and deleted at the end.
+
+    Of two directories the old one must be empty or share a name with the new one, lest a folder of other things is lost.
+    """
+    if not path.exists():
+        temporary.replace(path)
+        return
+    if path.is_dir() and (held := {entry.name for entry in path.iterdir()}):
+        if held.isdisjoint(entry.name for entry in temporary.iterdir()):
+            raise FileExistsError(f"{path} is a directory of other files: choose another name")
+    aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.stem}."))
+    try:
+        path.rename(aside / path.name)
+        try:
+            temporary.rename(path)
+        except OSError:
+            (aside / path.name).rename(path)
+            raise
+    finally:
+        shutil.rmtree(aside)
 
 
 def _umask() -> int:

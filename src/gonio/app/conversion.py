@@ -30,6 +30,7 @@ def list_formats(json: Json = "") -> None:
         present.emit_json(format_table.records(), json)
     if json != "-":
         present.console().print(format_table.table())
+        present.console().print(format_table.LEGEND)
 
 
 @app.command("convert")

@@ -37,24 +37,26 @@ def record(one: Format) -> dict[str, Any]:
     }
 
 
-HEADINGS = ("name", "suffix", "write", "grid", "turned", "transm.", "relative", "gaps", "uncert.")
+HEADINGS = ("name", "usual suffix", "written", "on a grid", "holds")
+LETTERS = {"turned_surface": "a", "transmission": "t", "relative": "r", "gaps": "g", "uncertainty": "u"}
+LEGEND = (
+    "all are read; holds: a surfaces turned about the normal (anisotropic), t transmission, r relative data, "
+    "g missing values, u uncertainties"
+)
 
 
 def rows() -> list[tuple[str, ...]]:
     """One row a format under HEADINGS."""
-    return [
-        (
-            r["name"],
-            r["suffix"],
-            *(YES if r[key] else NO for key in ("write", "grid", "turned_surface", "transmission", "relative", "gaps")),
-            YES if {"*", "uncertainty"} & set(r["variables"]) else NO,
-        )
-        for r in records()
-    ]
+    out = []
+    for one in records():
+        one["uncertainty"] = bool({"*", "uncertainty"} & set(one["variables"]))
+        letters = " ".join(letter if one[key] else "·" for key, letter in LETTERS.items())
+        out.append((one["name"], one["suffix"], YES if one["write"] else NO, YES if one["grid"] else NO, letters))
+    return out
 
 
 def table() -> "Table":
-    """The formats for people: all are read; what each can hold decides what a conversion must leave out."""
+    """The formats for people; what each can hold decides what a conversion must leave out."""
     out = present.table(*HEADINGS, left=len(HEADINGS))
     for row in rows():
         out.add_row(*row)

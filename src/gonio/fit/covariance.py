@@ -19,6 +19,7 @@ COVARIANCES: Mapping[str, str] = {
     "absolute": "from the uncertainty that the scan states, taken at its word",
 }
 DEFAULT, ABSOLUTE = "robust", "absolute"
+ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly, which says nothing about its error
 
 
 def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Values | None = None) -> Values:
@@ -72,7 +73,7 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
     if alone.any():
         unknown = unknown | (np.abs(inverse[:, alone]).max(axis=1) > 1e-9 * np.abs(inverse).max(axis=1))
     spread = inverse * error
-    return _infinite(spread @ spread.T, unknown)
+    return infinite(spread @ spread.T, unknown)
 
 
 def scaled(plane: Tangent, residual: Values) -> Values:
@@ -80,21 +81,21 @@ def scaled(plane: Tangent, residual: Values) -> Values:
     basis = plane.basis[: len(residual)]
     freedom = len(residual) - float(np.sum(basis**2))  # a penalty leaves fewer values than it holds
     if freedom < 1:
-        return _infinite(np.zeros((len(plane.blind),) * 2), np.ones_like(plane.blind))
+        return infinite(np.zeros((len(plane.blind),) * 2), np.ones_like(plane.blind))
     spread = plane.directions @ basis.T
-    return _infinite(residual @ residual / freedom * (spread @ spread.T), plane.blind)
+    return infinite(residual @ residual / freedom * (spread @ spread.T), plane.blind)
 
 
 def absolute(plane: Tangent, error: Values) -> Values:
     """Covariance from the standard deviation of every residual: the law of propagation, under any weighting."""
     spread = (plane.directions @ plane.basis[: len(error)].T) * error
-    return _infinite(spread @ spread.T, plane.blind)
+    return infinite(spread @ spread.T, plane.blind)
 
 
 def left_out(plane: Tangent, residual: Values) -> tuple[Values, npt.NDArray[np.bool_]]:
     """The residual of each point in a fit without it, to first order, and which points a value fits alone (zero)."""
     leverage = np.sum(plane.basis[: len(residual)] ** 2, axis=1)
-    alone = leverage > 1 - 1e-9  # a point that one value fits exactly says nothing about its error
+    alone = leverage > ALONE
     return np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage)), alone
 
 
@@ -136,7 +137,7 @@ def residual_slopes(problem: Problem, modelled: Values, columns: Values) -> Valu
     return out
 
 
-def _infinite(found: Values, unknown: npt.NDArray[np.bool_]) -> Values:
+def infinite(found: Values, unknown: npt.NDArray[np.bool_]) -> Values:
     """The covariance with the values that are not determined marked."""
     found[unknown, :] = found[:, unknown] = 0.0
     found[unknown, unknown] = np.inf

@@ -31,6 +31,7 @@ ENOUGH = 1e-10  # estimated error at which an extrapolation ends: the estimate l
 
 SETTLED = 1e-11  # offset that is enough: it moves a value by 1e-11 sqrt(points) of its standard deviation
 POLISHING = 20  # Newton steps at most; they end when one does not halve the offset
+LOWER = 1e-12  # of the cost: by how much a step that does not halve the offset must lower it, in a curved valley
 SAME = EPS**0.5  # by how much rounding may raise the relative cost of a better point; a jump elsewhere raises it more
 BENT = 2.0**-6  # of a standard deviation: the step that measures curvature, short of the next kink and above rounding
 SADDLE = 0.01  # least curvature, in units of the tangent plane's own, of what is still a minimum
@@ -105,11 +106,16 @@ def polish(
     scale: Bound = 0.0,
     jacobian: Function | None = None,
     vectorised: bool = False,
+    curvature: Function | None = None,
+    settled: float = SETTLED,
 ) -> Descent:
     """The last digits of a minimum: Newton steps on the values that are at no bound, while each halves the offset.
 
     Gauss-Newton steps contract by the ratio of the residual to the radius of curvature of the model's surface, which a
     poor fit brings near one (bates1980). With the curvature, measured once, the first step already brings most digits.
+    curvature: at a point, what the second derivative of half the squared residual has (values, values) beside the
+    product of the Jacobian with itself, where that is known; the first step, from farther off, goes without it.
+    settled: offset that is enough.
     """
     counted = _Counted(residual, vectorised)
     point, low, high = _within(end.point, lower, upper)
@@ -124,13 +130,18 @@ def polish(
             return end
         plane, cost, measured = Tangent(tangent), end.cost, False
         offset = plane.offset(value)
-        for _ in range(POLISHING):
-            if not offset > SETTLED:
+        for step in range(POLISHING):
+            if not offset > settled:
                 break
             if not measured:
                 directions = np.zeros((len(point), plane.directions.shape[1]))
                 directions[free] = plane.directions
-                hessian, measured = _hessian(counted, point, value, directions, low, high), True
+                if curvature is None:
+                    hessian = _hessian(counted, point, value, directions, low, high)
+                else:
+                    bend = directions.T @ curvature(point) @ directions
+                    hessian = _sound(bend if step else 0 * bend)
+                measured = curvature is None  # one that is known is so at every point
             trial = point - directions @ np.linalg.solve(hessian, (tangent @ directions[free]).T @ value)
             if not np.all((low <= trial) & (trial <= high)):
                 break
@@ -143,7 +154,8 @@ def polish(
                 break
             plane = Tangent(tangent)
             trial_offset = plane.offset(trial_value)
-            if not trial_offset < offset / 2:
+            lower_still = curvature is not None and trial_cost < cost * (1 - LOWER)
+            if not (trial_offset < offset / 2 or lower_still):
                 break
             measured = trial_offset < offset / 10  # else the curvature was that of too far a point
             point, value, cost, offset = trial, trial_value, trial_cost, trial_offset
@@ -310,9 +322,14 @@ def _hessian(
     curvature = ((ahead - value) + (behind - value)) @ value / step**2
     bend = np.diag(curvature[:n])
     bend[a, b] = bend[b, a] = (curvature[n:] - curvature[a] - curvature[b]) / 2
-    hessian = np.eye(n) + bend
+    return _sound(bend)
+
+
+def _sound(bend: Values) -> Values:
+    """One plus the curvature, or one alone where that would be no minimum."""
+    hessian = np.eye(len(bend)) + bend
     sound = np.isfinite(hessian).all() and np.linalg.eigvalsh(hessian).min(initial=np.inf) > SADDLE
-    return hessian if sound else np.eye(n)
+    return hessian if sound else np.eye(len(bend))
 
 
 def _forward(function: _Counted, point: Values, sizes: Values, lower: Values, upper: Values) -> Values:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fit import bulk
 from gonio.fit.covariance import DEFAULT, estimator, jacobian, systematic_shift, tangent
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
@@ -36,9 +37,7 @@ def fit(
     started = time.perf_counter()
     problem = resolved(problem)
     optimum, settled = minimum(problem, solver, progress)
-    plane = tangent(settled.problem, optimum.vector)
-    residual = settled.problem.difference(settled.problem.brdf(optimum.vector))
-    spread = estimator(settled.problem, covariance, settled.slope)(plane, residual)
+    spread = _spread(settled, optimum.vector, covariance)
     pinned = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
     shift = _systematic(settled.problem, optimum.vector, pinned)
     found = _solution(problem, optimum, settled, spread, pinned, shift)
@@ -51,11 +50,22 @@ def fit(
     return Solution(found)
 
 
+def _spread(settled: Settled, vector: Values, kind: str) -> Values:
+    """The covariance of the free values (n, n)."""
+    problem = settled.problem
+    if problem.bulk:
+        return bulk.covariance(problem, problem.bulk, vector, kind)
+    residual = problem.difference(problem.brdf(vector))
+    return estimator(problem, kind, settled.slope)(tangent(problem, vector), residual)
+
+
 def _systematic(problem: Problem, vector: Values, pinned: npt.NDArray[np.bool_]) -> Values:
     """Shift of the free values by one systematic standard uncertainty; NaN unless the scan states it everywhere."""
     stated = problem.points.get("uncertainty_systematic")
     if stated is None or not (stated.values >= 0).all():
         return np.full(len(vector), np.nan)
+    if problem.bulk:
+        return bulk.systematic_shift(problem.bulk, vector, problem.error(stated.values), pinned)
     slopes = np.concatenate([jacobian(problem, vector), problem.penalty])
     return systematic_shift(slopes, problem.error(stated.values), pinned)
 
@@ -112,6 +122,7 @@ def _solution(
             "loss_scale": settled.scale,
             "points_discounted": _discounted(settled),
             "points": len(problem.measured),
+            "points_searched": optimum.searched or len(problem.measured),
             "effective_values": effective,
             "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),
             "unit": dataset.unit(problem.data),

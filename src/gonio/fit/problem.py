@@ -11,18 +11,21 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fit.axes import Axes
+from gonio.fit.blocks import Bulk, bulk
 from gonio.fit.loss import LOSSES
 from gonio.fit.smooth import Smooth, Smoothing, declared, penalty_rows
 from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.distinct import combined, distinct, first_of
 from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.model import Model
 from gonio.units import UNITS, weight_unit
 
 Values = npt.NDArray[np.float64]
 Grouping = Mapping[str, str | tuple[str, ...]]
+MANY = 200_000  # points in use from which a search takes them in blocks
 
 
 @dataclass(frozen=True)
@@ -108,13 +111,17 @@ class Problem:
         dataset.unit(self.data)
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
+        if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():
+            raise ValueError("models are of reflection, and the scan holds transmission: add --select mode=reflection")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if not self.free:
             raise ValueError("every parameter is held: nothing is left to fit")
         if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
             raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = self.root_weights, self.acceptance
+        _ = self.root_weights
+        if self.instrument:
+            _ = self.acceptance
 
     @functools.cached_property
     def smoothed(self) -> dict[str, Smooth]:
@@ -181,7 +188,7 @@ class Problem:
         by = self.grouped.get(name, ())
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
-            by += tuple(s for s in dataset.sets(self.points) if s not in by)
+            by += tuple(s for s in self.sets[0] if s not in by)
         if name in self.smoothed and self.smoothed[name].by not in by:
             by += (self.smoothed[name].by,)
         own = self._own_wavelength(name)
@@ -218,11 +225,29 @@ class Problem:
             if coordinate not in self.points.coords:
                 have = ", ".join(str(c) for c in self.points.coords)
                 raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
+        if by in self._grouped:
+            return self._grouped[by]
         columns = [labelled(self.points[c].values) for c in by]
-        codes = np.column_stack([code for _, code in columns])
-        distinct, group = np.unique(codes, axis=0, return_inverse=True)
-        labels = tuple(",".join(columns[j][0][k] for j, k in enumerate(row)) for row in distinct)
-        return labels, group.ravel()
+        group = combined([code for _, code in columns])
+        rows = first_of(group)
+        labels = tuple(",".join(names[code[row]] for names, code in columns) for row in rows)
+        return self._grouped.setdefault(by, (labels, group))
+
+    @functools.cached_property
+    def _grouped(self) -> dict[tuple[str, ...], tuple[tuple[str, ...], npt.NDArray[np.intp]]]:
+        """The groups that were looked for: weights have the same, and there may be millions of points."""
+        return {}
+
+    @functools.cached_property
+    def sets(self) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
+        """The coordinates that tell sets apart, and each point's set."""
+        by = dataset.sets(self.points)
+        return by, self._groups(by)[1]
+
+    @functools.cached_property
+    def bulk(self) -> Bulk | None:
+        """The same points in blocks, for searches of very many; None where the problem does not go so."""
+        return bulk(self) if len(self.measured) > MANY else None
 
     @functools.cached_property
     def free_weights(self) -> tuple[Entry, ...]:
@@ -352,10 +377,11 @@ def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[np.
 
     Numbers that agree in six digits have one label, and are one value.
     """
-    distinct, place = np.unique(values, return_inverse=True)
-    texts = [label(value) for value in distinct]
+    found, place = distinct(values)
+    texts = [label(value) for value in found]
     labels = tuple(dict.fromkeys(texts))
-    return labels, np.array([labels.index(text) for text in texts], dtype=np.intp)[place.ravel()]
+    index = {text: at for at, text in enumerate(labels)}
+    return labels, np.array([index[text] for text in texts], dtype=np.intp)[place]
 
 
 def _held(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fit import bulk
 from gonio.fit.covariance import jacobian
 from gonio.fit.descent import Descent, descend, polish
 from gonio.fit.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
@@ -46,6 +47,12 @@ class Projection:
         """The values of least E; the history holds the best E after the first searches and after each later round."""
         if is_grouped(problem) and (split := parts(problem)):
             return self._search_parts(problem, split, progress)
+        if problem.bulk:
+            return bulk.search(problem, problem.bulk, lambda few: self._search(few, progress))
+        return self._search(problem, progress)
+
+    def _search(self, problem: Problem, progress: Progress) -> Optimum:
+        """All points at once."""
         if problem.logarithmic:
             return self._search_logarithmic(problem, progress)
         reduced = _Reduced(problem)
@@ -53,14 +60,15 @@ class Projection:
             weights, residual = reduced.solve(problem.shape_start)
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
-        best, history = self._search_shape(reduced, progress)
+        best, history, others = self._search_shape(reduced, progress)
         if best.exhausted:
             best = _descend(reduced, best.point, self.max_steps)
         best = polish(reduced.residual, best, 0.0, 1.0, scale=1.0, vectorised=True)
         history[-1] = best.cost
         shape = reduced.shape(best.point)
         vector = np.concatenate([reduced.solve(shape)[0], shape])
-        return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history))
+        rivals = tuple(np.concatenate([reduced.solve(s)[0], s]) for s in map(reduced.shape, others))
+        return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
 
     def _search_parts(self, problem: Problem, split: list[tuple[Rows, Problem]], progress: Progress) -> Optimum:
         found = []
@@ -69,24 +77,25 @@ class Projection:
             progress(len(found) / len(split))
         return assembled(problem, found)
 
-    def _search_shape(self, reduced: "_Reduced", progress: Progress) -> tuple[Descent, list[float]]:
-        """The lowest minimum that is found, its last digits left, and the least E after each round."""
-        best = self._best(reduced, self._starts(reduced))
+    def _search_shape(self, reduced: "_Reduced", progress: Progress) -> tuple[Descent, list[float], list[Values]]:
+        """The lowest minimum that is found, its last digits left, the least E after each round, and other minima."""
+        ends = self._ends(reduced, self._starts(reduced))
+        best, others = ends[0], [end.point for end in ends[1:]]
         history = [best.cost]
         for rounds in range(1, self.rounds + 1):
             progress(rounds / self.rounds)
             better = self._crossings(reduced, best)
-            found = self._best(reduced, better) if better else best
+            found = self._ends(reduced, better)[0] if better else best
             if not found.cost < best.cost * (1 - BETTER):
                 break
             best = found
             history.append(best.cost)
-        return best, history
+        return best, history, others
 
-    def _best(self, reduced: "_Reduced", starts: list[Values]) -> Descent:
-        """The lowest minimum downhill of several starts."""
+    def _ends(self, reduced: "_Reduced", starts: list[Values]) -> list[Descent]:
+        """The minima downhill of several starts, the lowest first."""
         ends = [_descend(reduced, start, self.max_steps // 10) for start in starts]
-        return min(ends, key=lambda end: end.cost)
+        return sorted(ends, key=lambda end: end.cost)
 
     def _starts(self, reduced: "_Reduced") -> list[Values]:
         """The most promising points of a grid, in unit coordinates: its local minima, best first."""
@@ -163,7 +172,8 @@ class Projection:
         )
         evaluations = relative.evaluations + found.evaluations + sum(end.evaluations for end in ends)
         history = np.array([best.cost, found.cost]) / problem.scale
-        return Optimum(found.point, float(history[-1]), found.exhausted, evaluations, history)
+        rivals = tuple(end.point for end in ends if end is not best)
+        return Optimum(found.point, float(history[-1]), found.exhausted, evaluations, history, rivals=rivals)
 
 
 def _descend(reduced: "_Reduced", start: Values, max_steps: int) -> Descent:

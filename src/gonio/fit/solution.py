@@ -15,6 +15,7 @@ from scipy.special import ndtri, stdtrit
 
 from gonio.files import replacing
 from gonio.fit.smooth import Smooth
+from gonio.measured.distinct import combined, first_of
 from gonio.measured.instrument import Instrument
 
 Values = npt.NDArray[np.float64]
@@ -34,7 +35,8 @@ class Status(StrEnum):
 class Optimum:
     """What a solver hands back: the vector of weights and shape, E there, and the course of the search.
 
-    `history` holds the best E after each step, (steps,) or (steps, chains).
+    `history` holds the best E after each step, (steps,) or (steps, chains). `searched` is on how many points starts
+    were searched, 0 for all. `rivals` are the vectors of other minima that were met.
     """
 
     vector: Values
@@ -42,6 +44,8 @@ class Optimum:
     exhausted: bool
     evaluations: int
     history: Values
+    searched: int = 0
+    rivals: tuple[Values, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,8 @@ class Solution:
     `systematic_shift` is the same with its sign, because all values shift together. Coordinates: `name`, `by`, `group`,
     `unit` of each value.
     Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, noise_floor,
-    points, effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
+    points, points_searched (on which starts were searched: all, or a sample of very many), effective_values (the
+    number of free values, or what smoothing leaves of it), smooth, unit (of the data),
     covariance (its kind), and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule
     for its cones would change, over what the fit leaves over.
     """
@@ -154,12 +159,12 @@ class Solution:
                 found[name] = int(rows[0])
                 continue
             table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
-            labels = group_labels(points, by.split(","))
+            labels, place = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
                 raise ValueError(
                     f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}"
                 )
-            found[name] = np.array([table[label] for label in labels])
+            found[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
         return found
 
     def parameters(self) -> dict[str, dict[str, Any]]:
@@ -202,10 +207,12 @@ class Solution:
         return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
 
 
-def group_labels(points: xr.Dataset, by: list[str]) -> list[str]:
-    """The label of each direction's group: its coordinates, numbers in their shortest form, joined by commas."""
+def group_labels(points: xr.Dataset, by: list[str]) -> tuple[list[str], npt.NDArray[np.intp]]:
+    """The labels of groups, coordinates with numbers in their shortest form joined by commas, and each direction's."""
     columns = [points[c].values for c in by]
-    return [",".join(label(value) for value in row) for row in zip(*columns, strict=True)]
+    place = combined(columns)
+    rows = zip(*(column[first_of(place)] for column in columns), strict=True)
+    return [",".join(label(value) for value in row) for row in rows], place
 
 
 def label(value: object) -> str:

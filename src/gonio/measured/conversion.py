@@ -70,7 +70,11 @@ def in_words(error: Difference) -> str:
 
 def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
     """The scan without what the format cannot hold, and what that was; ValueError where leaving it out would lie."""
-    holds, left_out = target.holds, []
+    holds = target.holds
+    left_out: list[str] = []
+    if (quantity := scan.attrs.get("quantity", "")) != holds.quantity and (holds.quantity or target.layout is not None):
+        what = f"the data are {quantity}" if quantity else "the data are a BRDF"
+        raise ValueError(f"{what}, and {target.title} holds {holds.quantity or 'BRDFs'}: write another format")
     if dataset.unit(scan) == dataset.RELATIVE and not holds.relative:
         raise ValueError(
             f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "

@@ -17,6 +17,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.geometry import Geometry
+from gonio.measured.distinct import distinct
 from gonio.units import CF_STRINGS
 
 ANGLES = ("theta_i", "theta_r", "phi")
@@ -97,9 +98,10 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
         return scan
     wide = scan["brdf"].dims
     names = [n for n in (*scan.data_vars, *DIRECTIONS, *SETS) if n in scan.variables and set(scan[n].dims) <= set(wide)]
-    full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide) for n in names}
-    kept = ~(np.isnan(full["brdf"].values) & (full["theta_r"].values > HORIZON)).ravel()
-    columns = {n: ("direction", v.values.ravel()[kept], scan[n].attrs) for n, v in full.items()}
+    below = (scan["theta_i"] > HORIZON) | (scan["theta_r"] > HORIZON)
+    full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide).values for n in names}
+    kept = ~(np.isnan(full["brdf"]) & below.broadcast_like(scan["brdf"]).transpose(*wide).values)
+    columns = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
     coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
     attrs = {name: value for name, value in scan.attrs.items() if name != PARAMETERISATION}
     return xr.Dataset(columns, coords=coords, attrs=attrs)
@@ -114,7 +116,8 @@ def in_use(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
 def points(scan: xr.Dataset) -> xr.Dataset:
     """The flat scan without its masked and missing values."""
     flat = flatten(scan)
-    return flat.isel(direction=np.flatnonzero(in_use(flat)))
+    used = in_use(flat)
+    return flat.isel(direction=slice(None) if used.all() else np.flatnonzero(used))
 
 
 def geometry(scan: xr.Dataset) -> Geometry:
@@ -136,7 +139,7 @@ def signed_theta_r(scan: xr.Dataset) -> npt.NDArray[np.float64]:
 
 def sets(scan: xr.Dataset) -> tuple[str, ...]:
     """The coordinates along which a flat scan holds more than one set."""
-    return tuple(name for name in SETS if name in scan.coords and len(np.unique(scan[name].values)) > 1)
+    return tuple(name for name in SETS if name in scan.coords and len(distinct(scan[name].values)[0]) > 1)
 
 
 def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:

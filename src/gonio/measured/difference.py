@@ -10,7 +10,7 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.measured.dataset import ANGLES, DIRECTIONS, SETS
-from gonio.measured.resample import MEASURED, Filling, parts, resample
+from gonio.measured.resample import MEASURED, Filling, is_on, parts, resample
 from gonio.measured.solid_angle import solid_angles
 
 Values = npt.NDArray[np.float64]
@@ -87,10 +87,32 @@ def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
     """
     if (mine := dataset.unit(reference)) != (theirs := dataset.unit(other)):
         raise ValueError(f"one is in {mine} and the other in {theirs}: relative data cannot be told from absolute ones")
-    flat = dataset.points(reference)
+    if _on_one_grid(other, reference):
+        here = other["brdf"].transpose(*reference["brdf"].dims).values
+        both = reference.assign(other=(reference["brdf"].dims, here), exact=(reference["brdf"].dims, np.isfinite(here)))
+        joined = _weighed(dataset.points(both))
+    else:
+        joined = _at_its_directions(other, _weighed(dataset.points(reference)))
+    known = np.isfinite(joined["other"].values)
+    return Difference(joined.isel(direction=np.flatnonzero(known)), int((~known).sum()))
+
+
+def _on_one_grid(other: xr.Dataset, reference: xr.Dataset) -> bool:
+    """Whether both are dense on the same nodes and hold the same sets, so that nothing need be looked up."""
+    dims = set(reference["brdf"].dims)
+    if "direction" in dims or dims != set(other["brdf"].dims) or "mask" in other or not is_on(other, reference):
+        return False
+    return all(np.array_equal(other[n].values, reference[n].values) for n in dims if n in SETS)
+
+
+def _weighed(flat: xr.Dataset) -> xr.Dataset:
     if not flat.sizes["direction"]:
         raise ValueError("the reference holds no value in use")
-    flat = flat.assign(solid_angle=("direction", solid_angles(flat)))
+    return flat.assign(solid_angle=("direction", solid_angles(flat)))
+
+
+def _at_its_directions(other: xr.Dataset, flat: xr.Dataset) -> xr.Dataset:
+    """The flat reference with the other's values beside its own, set by set."""
     candidates = [part for _, part in parts(other)]
     columns = []
     for _, part in parts(flat):
@@ -99,8 +121,7 @@ def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
         exact = found["origin"].values == MEASURED
         columns.append(part.assign(other=("direction", found["brdf"].values), exact=("direction", exact)))
     joined: xr.Dataset = xr.concat(columns, dim="direction", join="outer") if len(columns) > 1 else columns[0]
-    known = np.isfinite(joined["other"].values)
-    return Difference(joined.isel(direction=np.flatnonzero(known)), int((~known).sum()))
+    return joined
 
 
 def _counterpart(part: xr.Dataset, candidates: list[xr.Dataset]) -> xr.Dataset:

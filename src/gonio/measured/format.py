@@ -15,7 +15,8 @@ class Holds:
 
     `sets`: the coordinates (of dataset.SETS) by which it tells several sets of directions apart; one set of any kind
     always fits. `variables`: the variables beside brdf that it keeps, `*` for all. `gaps`: whether a value may be
-    missing. `relative`: whether it says that data are relative; one that cannot is never given relative data.
+    missing. `quantity`: what it holds where that is no BRDF, as the scan's attribute of that name says.
+    `relative`: whether it says that data are relative; one that cannot is never given relative data.
     """
 
     azimuths: bool = True
@@ -26,6 +27,7 @@ class Holds:
     negative: bool = True
     sets: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
+    quantity: str = ""
 
 
 @dataclass(frozen=True)

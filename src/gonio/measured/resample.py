@@ -195,7 +195,8 @@ def _source(part: xr.Dataset) -> tuple[Interpolator, str]:
     from gonio.measured.formats import formats
 
     evaluate = formats()[name].evaluate
-    assert evaluate is not None
+    if evaluate is None:
+        return interpolator(part)
     return lambda t: np.ravel(evaluate(part, t.theta_i, t.theta_r, t.phi, t.phi_i)), f"as {name} files are read"
 
 

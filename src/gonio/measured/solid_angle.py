@@ -19,18 +19,27 @@ def solid_angles(scan: xr.Dataset) -> Values:
     MOST_INCIDENCES incidence angles every direction counts alike, as a share of the hemisphere.
     """
     flat = flatten(scan)
+    count = flat.sizes["direction"]
+    alike = np.full(count, 2 * np.pi / max(count, 1))
+    if len(np.unique(flat["theta_i"].values)) > MOST_INCIDENCES:
+        return alike
     names = [n for n in ("theta_i", "phi_i", *SETS) if n in flat.coords]
     codes = [np.unique(np.asarray(flat[n].values), return_inverse=True)[1].ravel() for n in names]
     _, group = np.unique(np.column_stack(codes), axis=0, return_inverse=True)
     group = group.ravel()
-    out = np.full(len(group), 2 * np.pi / max(len(group), 1))
-    if group.max(initial=0) >= MOST_INCIDENCES:
-        return out
+    out = alike
     theta_r, phi, in_plane = np.radians(flat["theta_r"].values), np.radians(flat["phi"].values), is_in_plane(flat)
     signed = np.radians(np.where(in_plane, signed_theta_r(flat), 0.0))
-    for k in range(group.max(initial=-1) + 1):
-        rows = np.flatnonzero(group == k)
-        out[rows] = _rings(signed[rows]) if in_plane[rows].all() else _cells(theta_r[rows], phi[rows])
+    order = np.argsort(group, kind="stable")
+    known: dict[bytes, Values] = {}  # on a grid every incidence has the same reflected directions
+    for rows in np.split(order, np.cumsum(np.bincount(group))[:-1]):
+        if in_plane[rows].all():
+            out[rows] = _rings(signed[rows])
+            continue
+        key = theta_r[rows].tobytes() + phi[rows].tobytes()
+        if key not in known:
+            known[key] = _cells(theta_r[rows], phi[rows])
+        out[rows] = known[key]
     return out
 
 

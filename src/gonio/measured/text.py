@@ -5,6 +5,9 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from gonio.files import FormatError
 
 LONGEST_LINE = 65_536  # bytes; a longer line is no row of numbers
@@ -128,6 +131,25 @@ class Words:
             wanted = min(count - len(found), len(self._words))
             found += [self.as_number(self._words.pop(), expected) for _ in range(wanted)]
         return found
+
+    def table(self, count: int, expected: str) -> npt.NDArray[np.float64]:
+        """So many numbers as an array (count,), a line at a time: what `numbers` is for large tables."""
+        found: list[float] = []
+        while len(found) < count:
+            if not self._fill():
+                raise self.wrong(f"the file ends after {len(found)} of {count} numbers of {expected}")
+            wanted = min(count - len(found), len(self._words))
+            words = self._words[: -wanted - 1 : -1]
+            del self._words[-wanted:]
+            try:
+                numbers = list(map(float, words))
+            except ValueError:
+                numbers = []
+            if not numbers or "_" in "".join(words) or not all(map(math.isfinite, numbers)):
+                label = f"of the {count} numbers of {expected}, number"
+                numbers = [self.as_number(w, f"{label} {len(found) + k + 1}") for k, w in enumerate(words)]
+            found += numbers
+        return np.array(found)
 
     def count(self, expected: str, least: int = 1, most: int = MOST_VALUES) -> int:
         """A whole number, within what a file can hold."""

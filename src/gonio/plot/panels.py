@@ -40,13 +40,13 @@ def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve]
     if first:
         flat = dataset.select(flat, first)
         notes.append(", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items()))
-    found = [_curve(flat, key, rows) for key, rows in curves(flat) if rows.size > 1]
+    found = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
     if not found:
         raise ValueError("the scan holds no in-plane curve to draw")
     if len(found) > most:
         notes.append(f"{most} of {len(found)} incidence angles")
         found = [found[k] for k in np.unique(np.linspace(0, len(found) - 1, most).round().astype(int))]
-    return found, "; ".join(notes)
+    return [_curve(flat, key, rows) for key, rows in found], "; ".join(notes)
 
 
 def _curve(flat: xr.Dataset, key: dict[str, Any], rows: npt.NDArray[np.intp]) -> Curve:

@@ -35,10 +35,30 @@ def recognise(path: str | Path) -> Format:
     if not head:
         raise FormatError(path, "is empty", "byte 0")
     for candidate in formats().values():
+        if candidate.rank >= LAST and (stranger := _stranger(head)):
+            raise FormatError(path, f"is {stranger}: gonio knows no BRDF in it", "byte 0")
         if candidate.recognises(head):
             return candidate
     known = ", ".join(f.title for f in formats().values())
     raise FormatError(path, f"is none of the formats that gonio reads: {known}", "byte 0")
+
+
+STRANGERS = {
+    b"PK\x03\x04": "a ZIP archive, or a workbook of Excel 2007 or later (.xlsx)",
+    b"%PDF": "a PDF document",
+    b"\x89PNG": "a PNG picture",
+    b"v/1\x01": "an OpenEXR picture",
+    b"\xd0\xcf\x11\xe0": "a workbook or document of Microsoft Office 97 of no known instrument",
+    b"{": "a JSON document without the metadata and data of a BiRD file",
+    b"[": "a JSON list",
+    b"<": "an XML or HTML document that is no WindowElement of Radiance",
+}
+
+
+def _stranger(head: bytes) -> str:
+    """What a file is that no format with a signature recognises, in words; empty for what may be a table."""
+    start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    return next((what for magic, what in STRANGERS.items() if start.startswith(magic)), "")
 
 
 def _head(path: Path) -> bytes:

@@ -24,6 +24,7 @@ from gonio.measured.text import clip, lines
 from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is no scan
+MOST_MASK = 127  # fits one byte
 QUANTITIES = {
     "theta_i": ("angle",),
     "theta_r": ("angle",),
@@ -64,18 +65,20 @@ def _read(path: Path) -> xr.Dataset:
     source = lines(path)
     comments, header_line, header = _header(path, source)
     columns = _columns(path, header_line, header)
-    cells, rows = _rows(path, source, columns)
+    cells, rows = _rows(path, header_line, source, columns)
     return _dataset(path, comments, columns, cells, rows)
 
 
 def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
-    comments = []
+    comments, last = [], 1
     for number, line in source:
+        last = number
         if line.startswith("#"):
             comments.append(line[1:].removeprefix(" "))
         elif line.strip():
             return comments, number, [cell.strip() for cell in next(csv.reader([line]))]
-    raise FormatError(path, f"holds no header: the first line after the # lines must be like {_EXAMPLE}")
+    what = f"holds no header: the first line after the # lines must be like {_EXAMPLE}"
+    raise FormatError(path, what, f"line {last}")
 
 
 def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
@@ -87,7 +90,7 @@ def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
         semicolons = "; separate columns by commas, not semicolons" if ";" in "".join(header) else ""
         raise FormatError(path, f"{what}: name the columns like {_EXAMPLE}{semicolons}", where)
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise FormatError(path, f"the column {twice[0]} is there twice: keep one", where)
+        raise FormatError(path, f"the column {clip(twice[0])} is there twice: keep one", where)
     relative = {c.name for c in columns if c.unit == "a.u."}
     absolute = {c.name for c in columns if c.unit == "sr-1"} & {"brdf", "uncertainty", "uncertainty_systematic"}
     if relative and absolute:
@@ -104,7 +107,9 @@ def _column(path: Path, where: str, cell: str) -> Column:
         known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
         if unit not in known:
             raise FormatError(
-                path, f"column {cell!r} has the unit {unit!r}: {name} needs one of {', '.join(known)}", where
+                path,
+                f"column {clip(cell)!r} has the unit {clip(unit)!r}: {name} needs one of {', '.join(known)}",
+                where,
             )
         return Column(name, unit)
     if cell in QUANTITIES or cell == "std":
@@ -115,7 +120,7 @@ def _column(path: Path, where: str, cell: str) -> Column:
 
 
 def _rows(
-    path: Path, source: Iterator[tuple[int, str]], columns: list[Column]
+    path: Path, header_line: int, source: Iterator[tuple[int, str]], columns: list[Column]
 ) -> tuple[list[list[float | str]], list[int]]:
     """The cells by column and the line of each row; every bad row is listed in one FormatError."""
     cells: list[list[float | str]] = [[] for _ in columns]
@@ -137,7 +142,7 @@ def _rows(
     if bad:
         raise FormatError(path, _listed(bad) + "; mend or delete these rows", f"line {bad[0][0]}")
     if not rows:
-        raise FormatError(path, "holds a header and no rows")
+        raise FormatError(path, "holds a header and no rows", f"line {header_line}")
     return cells, rows
 
 
@@ -158,15 +163,21 @@ def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
     if not column.is_number:
         return text, ""
     try:
+        if "_" in text:  # Python's own 1_000 is no number of an instrument
+            raise ValueError
         value = float(text) * column.scale if text else math.nan
     except ValueError:
         return "", f"{column.name} is {clip(text)!r}, not a number"
     if math.isinf(value) or (math.isnan(value) and column.name in (*DIRECTIONS, "wavelength", "mask")):
-        return "", f"{column.name} is {text or 'empty'}"
+        return "", f"{column.name} is {clip(text) or 'empty'}"
     if column.name in ("theta_i", "theta_r"):
         lowest = -90 if column.name == "theta_r" and signed else 0
         if not lowest <= value <= 90:
             return "", f"{column.name} is {value:g} deg, outside {lowest} to 90"
+    if column.name == "mask" and not 0 <= value <= MOST_MASK:
+        return "", f"mask is {value:g}, outside 0 to {MOST_MASK}"
+    if column.name == "wavelength" and value <= 0:
+        return "", f"wavelength is {value:g} nm, not positive"
     return value, ""
 
 

@@ -1,0 +1,126 @@
+"""XML as a tree of elements that know their line, read without recursion; DTDs and entities are refused."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gonio.files import FormatError
+from gonio.measured.text import clip
+
+DEEPEST = 40  # elements within each other; no measurement has more
+MOST_ELEMENTS = 100_000
+_CHUNK = 65_536
+
+
+@dataclass(slots=True)
+class Element:
+    """One element: its name without namespace, its line, attributes, own text and children."""
+
+    path: Path
+    tag: str
+    line: int
+    attributes: dict[str, str]
+    text: str = ""
+    children: list["Element"] = field(default_factory=list)
+
+    def wrong(self, what: str, at: int = 0) -> FormatError:
+        """The error to raise for what is wrong here, or `at` so many characters into the text."""
+        return FormatError(self.path, what, f"line {self.line + self.text.count(chr(10), 0, at)}")
+
+    def all(self, tag: str) -> list["Element"]:
+        return [child for child in self.children if child.tag == tag]
+
+    def find(self, tag: str) -> "Element | None":
+        """The first child of that name, None where there is none."""
+        return next(iter(self.all(tag)), None)
+
+    def child(self, tag: str) -> "Element":
+        """The first child of that name; FormatError where there is none."""
+        found = self.find(tag)
+        if found is None:
+            raise self.wrong(f"{self.tag} holds no {tag}")
+        return found
+
+    def word(self, tag: str) -> str:
+        """The text of a child, which must be there and short."""
+        found = self.child(tag)
+        text = " ".join(found.text[:400].split())
+        if not text:
+            raise found.wrong(f"{tag} is empty")
+        return text
+
+
+class _Builder:
+    """What the parser tells, made into a tree; the parser itself knows the line."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.root = path, None
+        self.remarks: list[str] = []
+        self.parser: Any = None
+        self._open: list[tuple[Element, list[str]]] = []
+        self._count = 0
+
+    def _wrong(self, what: str) -> FormatError:
+        return FormatError(self.path, what, f"line {self.parser.parser.CurrentLineNumber}")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._count += 1
+        if len(self._open) >= DEEPEST:
+            raise self._wrong(f"elements lie more than {DEEPEST} deep")
+        if self._count > MOST_ELEMENTS:
+            raise self._wrong(f"there are more than {MOST_ELEMENTS} elements")
+        line = self.parser.parser.CurrentLineNumber
+        found = Element(self.path, tag.rpartition("}")[2], line, dict(attributes))
+        if self._open:
+            self._open[-1][0].children.append(found)
+        self._open.append((found, []))
+
+    def data(self, text: str) -> None:
+        if self._open:
+            self._open[-1][1].append(text)
+
+    def comment(self, text: str) -> None:
+        """Remarks before the root are kept; within an element only their line ends are, so that lines stay right."""
+        if self._open:
+            self._open[-1][1].append("\n" * text.count("\n") or " ")
+        else:
+            self.remarks += [line.strip() for line in text.splitlines() if line.strip()]
+
+    def end(self, tag: str) -> None:
+        found, pieces = self._open.pop()
+        found.text = "".join(pieces)
+        if not self._open:
+            self.root = found
+
+    def close(self) -> Element | None:
+        return self.root
+
+
+def parse(path: Path) -> tuple[Element, list[str]]:
+    """The root element of an XML file, and the lines of the remarks before it; FormatError with the line."""
+    from xml.etree.ElementTree import ParseError
+
+    from defusedxml.common import DefusedXmlException
+    from defusedxml.ElementTree import DefusedXMLParser
+
+    builder = _Builder(path)
+    parser = DefusedXMLParser(target=builder, forbid_dtd=True)
+    builder.parser = parser
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(_CHUNK):
+                parser.feed(chunk)
+        root = parser.close()
+    except ParseError as error:
+        raise FormatError(path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {error.position[0]}") from error
+    except DefusedXmlException as error:
+        what = "has a document type or entities, which a measurement does not need: delete them"
+        raise FormatError(path, what, f"line {parser.parser.CurrentLineNumber}") from error
+    except FormatError:
+        raise
+    except (ValueError, LookupError) as error:  # an encoding that the parser does not know
+        what = f"is in no encoding that can be read ({clip(str(error), 60)}): save it as UTF-8"
+        raise FormatError(path, what, f"line {parser.parser.CurrentLineNumber}") from error
+    if root is None:
+        raise FormatError(path, "holds no element", "line 1")
+    return root, builder.remarks

@@ -1,0 +1,395 @@
+"""Radiance and WINDOW XML: matrices over Klems patches, and tensor trees.
+
+A matrix has a column for each incident patch and a row for each outgoing one (Rows: the other way round). The format's
+own interpolation is none: a patch or cell holds one value, which `evaluate` gives for every direction in it.
+
+Sides are named as in the file: `Reflection Front` is the front. Radiance's programs call that side the back, since
+their z axis points to it. Here z is the normal of the front, so directions are Radiance's, turned by half a turn about
+x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for either
+side, azimuths being counted about the front's normal.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.files import FormatError
+from gonio.measured import klems, tensor_tree
+from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
+from gonio.measured.elements import Element, parse
+from gonio.measured.format import Format, Holds
+from gonio.measured.klems import Basis
+from gonio.measured.text import MOST_VALUES, clip, number
+
+KLEMS, TREE = "klems", "tensor-tree"
+LEVEL = "level"  # variable of a tree: how often the square was halved
+_RANKS = {"tensortree3": 3, "tensortree4": 4}
+_MODES = {"reflection": "BRDF", "transmission": "BTDF"}
+_SIDES = ("front", "back")
+_CHROMATICITIES = ("cie-u", "cie-v")
+_CHANNELS = {"CIE-X": "X", "CIE-Y": "Y", "CIE-Z": "Z"}
+_NANOMETRES = {"nanometer": 1.0, "nanometers": 1.0, "nm": 1.0, "micron": 1e3, "micrometer": 1e3, "um": 1e3}
+_INCIDENT, _OUTGOING = "incident_basis", "outgoing_basis"
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One WavelengthDataBlock: its sets and the element of its data."""
+
+    wavelength: str | float
+    mode: str
+    side: str
+    element: Element
+
+    @property
+    def data(self) -> Element:
+        return self.element.child("ScatteringData")
+
+
+def _read(path: Path) -> xr.Dataset:
+    root, remarks = parse(path)
+    if root.tag != "WindowElement":
+        raise root.wrong(f"the root element is {clip(root.tag)}, not WindowElement")
+    optical = root.child("Optical")
+    layer = optical.child("Layer")
+    definition = layer.child("DataDefinition")
+    structure = definition.word("IncidentDataStructure")
+    blocks, left_out = _blocks(layer)
+    if len(optical.all("Layer")) > 1:
+        left_out = [*left_out, "left out the layers after the first"]
+    if structure.lower() in ("columns", "rows"):
+        scan = _matrices(definition, blocks, structure.lower() == "rows")
+    elif structure.lower() in _RANKS:
+        scan = _trees(blocks, _RANKS[structure.lower()])
+    else:
+        what = f"IncidentDataStructure is {clip(structure)!r}, not Columns, Rows, TensorTree3 or TensorTree4"
+        raise definition.child("IncidentDataStructure").wrong(what)
+    if not np.any(np.nan_to_num(scan["brdf"].values)):
+        raise blocks[0].data.wrong("every brdf value is zero: the layer scatters nothing, or the data are wrong")
+    scan.attrs["provenance"] = "\n".join([*remarks, *_about(layer)])
+    for line in left_out:
+        scan = add_history(scan, line)
+    return scan
+
+
+def _about(layer: Element) -> list[str]:
+    """What the file says of the material and the spectra, a line each."""
+    material = layer.find("Material")
+    named = list(material.children) if material else []
+    for wavelength in layer.all("WavelengthData"):
+        named += [e for tag in ("SourceSpectrum", "DetectorSpectrum") for e in wavelength.all(tag)]
+    lines = [f"{e.tag}: {' '.join(e.text.split())} {e.attributes.get('unit', '')}".rstrip() for e in named if e.text]
+    return list(dict.fromkeys(line for line in lines if not line.endswith(":")))
+
+
+def _blocks(layer: Element) -> tuple[list[Block], list[str]]:
+    """Every block of data with its sets, and lines that say what was left out."""
+    found: list[Block] = []
+    left_out = []
+    for element in layer.all("WavelengthData"):
+        name = element.word("Wavelength")
+        if name.lower() in _CHROMATICITIES:
+            left_out.append(f"left out {name}, a chromaticity")
+            continue
+        wavelength = _wavelength(element.child("Wavelength"), name)
+        for block in element.all("WavelengthDataBlock"):
+            mode, side = _direction(block)
+            found.append(Block(wavelength, mode, side, block))
+    if not found:
+        raise layer.wrong("the layer holds no WavelengthDataBlock with scattering data")
+    if len({type(b.wavelength) for b in found}) > 1:
+        found = [Block(f"{b.wavelength}", b.mode, b.side, b.element) for b in found]
+    seen: set[tuple[str | float, str, str]] = set()
+    for b in found:
+        if (b.wavelength, b.mode, b.side) in seen:
+            raise b.element.wrong(f"{b.mode} of the {b.side} for {b.wavelength} is there twice")
+        seen.add((b.wavelength, b.mode, b.side))
+    if {b.wavelength for b in found} >= {"Visible", "X", "Z"}:
+        found = [Block("Y" if b.wavelength == "Visible" else b.wavelength, b.mode, b.side, b.element) for b in found]
+    return found, list(dict.fromkeys(left_out))
+
+
+def _wavelength(element: Element, name: str) -> str | float:
+    """The channel's name, or the wavelength [nm]."""
+    scale = _NANOMETRES.get(element.attributes.get("unit", "").lower())
+    if scale is None:
+        return _CHANNELS.get(name.upper(), name)
+    value = number(element.path, element.line, name, "a wavelength")
+    if value <= 0:
+        raise element.wrong(f"a wavelength is {name}")
+    return value * scale
+
+
+def _direction(block: Element) -> tuple[str, str]:
+    words = block.word("WavelengthDataDirection").lower().split()
+    if len(words) != 2 or words[0] not in _MODES or words[1] not in _SIDES:
+        what = f"WavelengthDataDirection is {clip(' '.join(words))!r}, not Reflection or Transmission, Front or Back"
+        raise block.child("WavelengthDataDirection").wrong(what)
+    kind = block.find("ScatteringDataType")
+    if kind is not None and kind.text.strip().upper() not in ("BRDF", "BTDF", "BSDF"):
+        raise kind.wrong(f"ScatteringDataType is {clip(kind.text.strip())!r}, not BRDF or BTDF")
+    return words[0], words[1]
+
+
+def _in_order(values: Iterable[str | float]) -> list[str | float]:
+    return list(dict.fromkeys(values))
+
+
+def _matrices(definition: Element, blocks: list[Block], by_rows: bool) -> xr.Dataset:
+    """The Dataset (channel or wavelength, mode, side, incident, outgoing) of the matrices."""
+    bases, remarks = _bases(definition)
+    incident = _basis(blocks[0].element, "ColumnAngleBasis", bases)
+    outgoing = _basis(blocks[0].element, "RowAngleBasis", bases)
+    axes = [_in_order(v) for v in zip(*((b.mode, b.side, b.wavelength) for b in blocks), strict=True)]
+    shape = (*map(len, axes), incident.size, outgoing.size)
+    if math.prod(shape) > MOST_VALUES:
+        raise blocks[0].element.wrong(f"the matrices together would hold more than {MOST_VALUES} values")
+    values = np.full(shape, np.nan)
+    for b in blocks:
+        both = _basis(b.element, "ColumnAngleBasis", bases), _basis(b.element, "RowAngleBasis", bases)
+        if both != (incident, outgoing):
+            raise b.element.wrong("the angle bases differ from those of the first block")
+        found = tensor_tree.numbers(b.data, b.data.text)
+        if found.size != incident.size * outgoing.size:
+            what = f"ScatteringData holds {found.size} values, not {outgoing.size} x {incident.size}"
+            raise b.data.wrong(f"{what}; are there decimal commas?" if found.size else what)
+        square = found.reshape((incident.size, -1) if by_rows else (outgoing.size, -1))
+        at = tuple(axis.index(name) for axis, name in zip(axes, (b.mode, b.side, b.wavelength), strict=True))
+        values[at] = square if by_rows else square.T
+    scan = patches(incident, outgoing).assign_coords(_sets(*axes))
+    dims = ("mode", "side", _spectral(axes[2]), "incident", "outgoing")
+    scan = scan.assign(brdf=(dims, values, {"units": ABSOLUTE}))
+    missing = math.prod(map(len, axes)) - len(blocks)
+    for line in (*remarks, *([f"{missing} of the modes, sides and wavelengths have no data"] if missing else [])):
+        scan = add_history(scan, line)
+    return scan
+
+
+def _spectral(names: list[str | float]) -> str:
+    return "wavelength" if isinstance(names[0], float) else "channel"
+
+
+def _sets(modes: list, sides: list, wavelengths: list) -> dict:
+    spectral = _spectral(wavelengths)
+    attrs = {"units": "nm"} if spectral == "wavelength" else {}
+    return {"mode": ("mode", modes), "side": ("side", sides), spectral: (spectral, wavelengths, attrs)}
+
+
+def _bases(definition: Element) -> tuple[dict[str, Basis], list[str]]:
+    """The known bases and those that the file defines, which come first, by name in small letters."""
+    bases = {b.name.lower(): b for b in klems.BASES}
+    remarks = []
+    for element in definition.all("AngleBasis"):
+        found = _defined(element)
+        known = bases.get(found.name.lower(), found)
+        if known.counts == found.counts and np.allclose(known.bounds, found.bounds, atol=1e-6):
+            found = known
+        else:
+            remarks.append(f"took the file's own definition of {known.name}, which is not Radiance's")
+        bases[found.name.lower()] = found
+    return bases, remarks
+
+
+def _defined(element: Element) -> Basis:
+    name = element.word("AngleBasisName")
+    lower, counts, upper = [], [], 0.0
+    for block in element.all("AngleBasisBlock"):
+        bounds = block.child("ThetaBounds")
+        low, high = (number(b.path, b.line, bounds.word(b.tag), b.tag) for b in _both(bounds))
+        text = block.word("nPhis")
+        if not text.isdecimal() or not 0 < int(text[:9]) <= 3600 or len(text) > 9:
+            raise block.child("nPhis").wrong(f"nPhis is {clip(text)!r}, not a count from 1 to 3600")
+        if not abs(low - upper) < 1e-6 or not low < high <= 90:
+            raise bounds.wrong(f"a band reaches from {low:g} to {high:g}; it must begin at {upper:g} and end by 90 deg")
+        lower.append(upper)
+        counts.append(int(text))
+        upper = high
+    if not lower or sum(counts) ** 2 > MOST_VALUES:
+        raise element.wrong(f"the angle basis {clip(name)!r} has {sum(counts)} patches")
+    return Basis(name, tuple(lower), tuple(counts), upper)
+
+
+def _both(bounds: Element) -> tuple[Element, Element]:
+    return bounds.child("LowerTheta"), bounds.child("UpperTheta")
+
+
+def _basis(block: Element, tag: str, bases: dict[str, Basis]) -> Basis:
+    name = block.word(tag)
+    if name.lower() not in bases:
+        known = ", ".join(b.name for b in bases.values())
+        raise block.child(tag).wrong(f"{tag} is {clip(name)!r}, which the file does not define; there are {clip(known, 200)}")
+    return bases[name.lower()]
+
+
+def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
+    """The centres of the patches as coordinates theta_i, phi_i (incident), theta_r (outgoing) and phi (both) [deg]."""
+    theta_i, column = incident.centres()
+    theta_r, row = outgoing.centres()
+    phi_i = (180.0 - column) % 360.0
+    phi = (-row - phi_i[:, None]) % 360.0
+    degree = {"units": "degree"}
+    coords = {
+        "theta_i": ("incident", theta_i, degree),
+        "phi_i": ("incident", phi_i, degree),
+        "theta_r": ("outgoing", theta_r, degree),
+        "phi": (("incident", "outgoing"), phi, degree),
+    }
+    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: KLEMS}
+    return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
+
+
+def _trees(blocks: list[Block], rank: int) -> xr.Dataset:
+    """The flat Dataset of the cells' centres, with the level of each cell."""
+    found, total = [], 0
+    for b in blocks:
+        basis = b.element.word("AngleBasis")
+        if basis.lower() != "lbnl/shirley-chiu":
+            raise b.element.child("AngleBasis").wrong(f"AngleBasis is {clip(basis)!r}, not LBNL/Shirley-Chiu")
+        found.append(tensor_tree.leaves(b.data, rank))
+        total += len(found[-1][0])
+        if total > MOST_VALUES:
+            raise b.data.wrong(f"the trees together hold more than {MOST_VALUES} values")
+    level, cell, values = (np.concatenate(v) for v in zip(*found, strict=True))
+    counts = [len(leaves[0]) for leaves in found]
+    names = {"mode": [b.mode for b in blocks], "side": [b.side for b in blocks]}
+    names |= {_spectral([b.wavelength for b in blocks]): [b.wavelength for b in blocks]}
+    theta_i, column, theta_r, row = tensor_tree.centres(level, cell)
+    phi_i = (180.0 - column) % 360.0
+    scan = make_scan(
+        theta_i,
+        theta_r,
+        values,
+        (-row - phi_i) % 360.0,
+        phi_i=phi_i if rank == 4 else None,
+        coordinates={name: np.repeat(v, counts) for name, v in names.items()},
+        variables={LEVEL: (level.astype(np.int8), "1")},
+    )
+    scan.attrs |= {PARAMETERISATION: TREE, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
+    return scan
+
+
+def evaluate(
+    scan: xr.Dataset, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike, phi_i: npt.ArrayLike = 0.0
+) -> Array:
+    """The values (sets.., n) of the patches or cells that hold n directions [deg], NaN where none does.
+
+    Sets are the dimensions of a matrix before `incident`; of trees the coordinates of SETS that the scan has, in that
+    order and sorted. Raises ValueError where the scan is neither.
+    """
+    kind = scan.attrs.get(PARAMETERISATION)
+    given = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
+    t_i, t_r, azimuth, turn = np.broadcast_arrays(*given)
+    column, row = 180.0 - turn, -(turn + azimuth)
+    if kind == KLEMS:
+        incident, outgoing = _bases_of(scan)
+        i, o = incident.index(t_i, column), outgoing.index(t_r, row)
+        values = scan["brdf"].transpose(..., "incident", "outgoing").values[..., i, o]
+        return np.where((i >= 0) & (o >= 0), values, np.nan)
+    if kind == TREE and LEVEL in scan:
+        return _evaluate_trees(scan, (t_i, column, t_r, row))
+    raise ValueError("the scan is no Klems matrix and no tensor tree")
+
+
+def _evaluate_trees(scan: xr.Dataset, directions: tuple[Array, Array, Array, Array]) -> Array:
+    names = [n for n in SETS if n in scan.coords]
+    axes, places = zip(*(np.unique(scan[n].values, return_inverse=True) for n in names), strict=True)
+    shape = tuple(len(axis) for axis in axes)
+    of_set = np.ravel_multi_index(places, shape)
+    level, values = scan[LEVEL].values.astype(np.int64), scan["brdf"].values
+    phi_i = scan["phi_i"].values if "phi_i" in scan.coords else 0.0
+    theta_i, theta_r, phi = (scan[n].values for n in ("theta_i", "theta_r", "phi"))
+    rank = 4 if "phi_i" in scan.coords else 3
+    cell = tensor_tree.cell_of(level, rank, theta_i, 180.0 - phi_i, theta_r, -(phi_i + phi))
+    found = np.full((math.prod(shape), *directions[0].shape), np.nan)
+    for n in np.unique(of_set):
+        own = of_set == n
+        found[n] = tensor_tree.look_up(level[own], cell[own], values[own], directions)
+    return found.reshape(*shape, *directions[0].shape)
+
+
+def _bases_of(scan: xr.Dataset) -> tuple[Basis, Basis]:
+    """The bases whose patches the scan's directions are; ValueError where they are none."""
+    if not {"incident", "outgoing"} <= set(scan.dims):
+        raise ValueError("the scan has no dimensions incident and outgoing: convert it to Radiance XML")
+    try:
+        stated = [klems.from_text(scan.attrs[name]) for name in (_INCIDENT, _OUTGOING)]
+    except (KeyError, ValueError):
+        stated = []
+    pairs = [tuple(stated)] if stated else [(b, b) for b in klems.BASES]
+    for incident, outgoing in pairs:
+        own = patches(incident, outgoing)
+        if all(own[n].shape == scan[n].shape and np.allclose(own[n], scan[n]) for n in own.coords if n in scan.coords):
+            return incident, outgoing
+    raise ValueError("the scan's directions are those of no Klems basis: convert it to Radiance XML")
+
+
+def _recognises(head: bytes) -> bool:
+    return b"WindowElement" in head.replace(b"\0", b"") and b"<" in head
+
+
+def _layout(scan: xr.Dataset) -> xr.Dataset:
+    """The centres of the Klems Full patches, or the patches that the scan is on already."""
+    try:
+        return patches(*_bases_of(scan))
+    except ValueError:
+        return patches(klems.FULL, klems.FULL)
+
+
+def _write(scan: xr.Dataset, path: Path) -> None:
+    """A matrix of what the scan has at each patch: where it was laid out by `layout`, the value at the patch's centre."""
+    from gonio.measured import window_xml
+
+    bases = _bases_of(scan)
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        window_xml.write(file, scan.attrs, bases, _written_blocks(scan))
+
+
+def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Array]]]]:
+    """Wavelength, its unit, and the directions and matrices [outgoing, incident] of each; ValueError for a gap."""
+    spectral = next((n for n in ("wavelength", "channel") if n in scan.coords), None)
+    names = [n for n in SETS if n in scan["brdf"].dims]
+    if other := [n for n in names if n not in ("mode", "side", spectral)]:
+        raise ValueError(f"Radiance XML does not tell several {' or '.join(other)} apart: select one")
+    found: dict[tuple[str, str], list[tuple[str, Array]]] = {}
+    spectra = np.atleast_1d(scan[spectral].values).tolist() if spectral else ["Visible"]
+    for at in np.ndindex(*(scan.sizes[n] for n in names)):
+        one = scan.isel(dict(zip(names, at, strict=True)))
+        matrix = one["brdf"].transpose("outgoing", "incident").values
+        if np.isnan(matrix).all():
+            continue
+        if not np.isfinite(matrix).all():
+            raise ValueError("a patch has no value, and Radiance XML has no sign for a gap: fill it first")
+        mode, side = (str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front")))
+        if mode not in _MODES or side not in _SIDES:
+            raise ValueError(f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back")
+        own = one[spectral].values.item() if spectral else "Visible"
+        found.setdefault(_wavelength_text(own, spectra), []).append((f"{mode.title()} {side.title()}", matrix))
+    if not found:
+        raise ValueError("there is no value to write")
+    return [(text, unit, matrices) for (text, unit), matrices in found.items()]
+
+
+def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
+    if not isinstance(own, str):
+        return f"{own!r}", "nm"
+    if own == "Y" and {"X", "Z"} <= set(spectra):
+        return "Visible", "Integral"
+    return next((text for text, name in _CHANNELS.items() if name == own), own), "Integral"
+
+
+FORMAT = Format(
+    name="radiance",
+    title="Radiance XML",
+    suffix=".xml",
+    recognises=_recognises,
+    read=_read,
+    write=_write,
+    layout=_layout,
+    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength")),
+)

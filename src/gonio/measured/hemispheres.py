@@ -1,0 +1,248 @@
+"""Tables of values over hemispheres, one an incidence, as the files of optical programs list them.
+
+Rows of numbers, azimuths all round, the light that a table holds together, and the ways from tables to a Dataset and
+back. A Dataset is dense where every table has the same directions, and a flat scan where they differ.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.files import FormatError
+from gonio.measured.coordinates import grid, system_of
+from gonio.measured.dataset import ABSOLUTE, SETS, add_history, flatten, make_scan
+from gonio.measured.text import number
+
+Values = npt.NDArray[np.float64]
+AXES = ("theta_i", "phi_i", "theta_r", "phi")
+SAME = 1e-9  # deg, and relative: what differs by less is the same number printed twice
+HUGE = 1e100  # beyond it, sums of values overflow
+MOST_INCIDENCES = 60  # more than a goniometer steps through: directions drawn at random
+STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)  # deg; each divides 90
+
+
+@dataclass(frozen=True)
+class Hemisphere:
+    """The values of one incidence: (theta_r, phi) under angles in degrees, and what tells it from other tables."""
+
+    theta_i: float
+    theta_r: Values
+    phi: Values
+    values: Values
+    phi_i: float | None = None
+    sets: Mapping[str, str | float] = field(default_factory=dict)
+    scalars: Mapping[str, float] = field(default_factory=dict)  # one number a table, kept as a variable
+
+
+def row(path: Path, line: int, words: Sequence[str], expected: str) -> list[float]:
+    """The finite numbers of one line; FormatError names the line and what they are for."""
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = [math.nan]
+    if "_" in "".join(words) or not all(-HUGE < value < HUGE for value in values):
+        values = [number(path, line, word, expected) for word in words]
+        if beyond := [value for value in values if not -HUGE < value < HUGE]:
+            raise FormatError(path, f"{expected} is {beyond[0]:g}: no instrument measures that", f"line {line}")
+    return values
+
+
+def axis(path: Path, line: int, values: Sequence[float], expected: str, low: float, high: float) -> Values:
+    """Angles as an array; FormatError where they leave low to high or go neither up nor down throughout."""
+    found = np.array(values, dtype=float)
+    outside = found[(found < low) | (found > high)]
+    if outside.size:
+        raise FormatError(path, f"{expected} is {outside[0]:g}, outside {low:g} to {high:g}", f"line {line}")
+    steps = np.diff(found)
+    if not ((steps > SAME).all() or (steps < -SAME).all()):
+        raise FormatError(path, f"{expected} goes neither up nor down throughout: each once, in order", f"line {line}")
+    return found
+
+
+def is_round(azimuths: Values) -> bool:
+    """Whether azimuths [deg] in ascending order go all round: both ends of the circle, or a last step as the others."""
+    span = float(azimuths[-1] - azimuths[0])
+    return span >= 360 - SAME or (len(azimuths) > 1 and 360 - span <= np.diff(azimuths).max() + SAME)
+
+
+def without_closing(azimuths: Values, values: Values) -> tuple[Values, Values]:
+    """The azimuths and columns without the last, where this repeats the first at 360 deg with the same values."""
+    if len(azimuths) > 1 and abs(azimuths[-1] - azimuths[0] - 360) <= SAME and (values[:, 0] == values[:, -1]).all():
+        return azimuths[:-1], values[:, :-1]
+    return azimuths, values
+
+
+def integral(theta: Values, azimuths: Values, values: Values, cosine: bool = True) -> float:
+    """The integral of values (theta, azimuth) over solid angle, times cos(theta) where `cosine`.
+
+    Values are linear in both angles [deg] between the nodes and azimuths go round; what lies beyond the first and last
+    theta is left out. A constant c over theta from 0 to 90 gives pi c with the cosine, 2 pi c without.
+    """
+    t = np.radians(theta)
+    once, twice = (-np.cos(2 * t) / 4, -np.sin(2 * t) / 8) if cosine else (-np.cos(t), -np.sin(t))
+    slope = np.diff(twice) / np.diff(t)  # the weight of a node is the integral of its hat function times sin (cos)
+    weights = np.zeros(len(t))
+    weights[:-1] += slope - once[:-1]
+    weights[1:] += once[1:] - slope
+    order = np.argsort(azimuths % 360.0, kind="stable")
+    p = np.radians(azimuths % 360.0)[order]
+    steps = np.diff(p, append=p[0] + 2 * np.pi)
+    widths = (steps + np.roll(steps, 1)) / 2
+    return float(weights @ values[:, order] @ widths)
+
+
+def in_words(numbers: Iterable[float]) -> str:
+    """Numbers as a file writes them, so that each is read as the same."""
+    return " ".join(repr(float(n)).removesuffix(".0") for n in numbers)
+
+
+def tidy(angles: npt.ArrayLike) -> Values:
+    """Angles [deg] to nine decimals: what a turn or a supplement adds to them by rounding is gone, there and back."""
+    return np.round(np.asarray(angles, dtype=float), 9) + 0.0
+
+
+def turned(angles: npt.ArrayLike) -> Values:
+    """Azimuths [deg] from 0 up to 360, to nine decimals."""
+    return tidy(np.asarray(angles, dtype=float) % 360.0) % 360.0
+
+
+def dataset(
+    tables: Sequence[Hemisphere], unit: str, *, provenance: str, history: Sequence[str], attrs: Mapping[str, str]
+) -> xr.Dataset:
+    """The tables as one Dataset: dense where all have the same directions, flat otherwise."""
+    scan = _dense(tables, unit)
+    if scan is None:
+        scan = _flat(tables, unit)
+        history = [*history, "tables differ in their directions: kept as a flat scan"]
+    scan = scan.assign_attrs({"history": "", "provenance": provenance} | dict(attrs))
+    if not np.any(np.nan_to_num(scan["brdf"].values)):
+        history = [*history, "every value is zero"]
+    for line in history:
+        scan = add_history(scan, line)
+    return scan
+
+
+def _dense(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset | None:
+    first = tables[0]
+    phi = np.unique(first.phi)
+    if len(phi) < len(first.phi) or any(
+        not (np.array_equal(t.theta_r, first.theta_r) and np.array_equal(t.phi, first.phi)) for t in tables
+    ):
+        return None
+    keys = [_key(t) for t in tables]
+    names = [*(n for n in SETS if n in first.sets), *(n for n in AXES[:2] if n in keys[0])]
+    if any(set(key) != set(names) for key in keys):
+        return None
+    nodes = {n: _nodes(key[n] for key in keys) for n in names}
+    place = {n: {value: k for k, value in enumerate(v)} for n, v in nodes.items()}
+    shape = tuple(len(v) for v in nodes.values())
+    at = {tuple(place[n][key[n]] for n in names): table for key, table in zip(keys, tables, strict=True)}
+    if len(at) < len(tables) or len(at) < math.prod(shape):
+        return None
+    by_theta, by_phi = np.argsort(first.theta_r), np.argsort(first.phi)
+    values = np.empty((*shape, len(by_theta), len(by_phi)))
+    for index, table in at.items():
+        values[index] = table.values[np.ix_(by_theta, by_phi)]
+    wide = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in (*names, "theta_r", "phi")]
+    axes = {**nodes, "theta_r": first.theta_r[by_theta], "phi": phi}
+    scan = grid("spherical", **{n: axes[n] for n in wide})
+    told = {n: (n, np.array(nodes[n]), {"units": "nm"} if n == "wavelength" else {}) for n in names if n in SETS}
+    brdf = xr.Variable((*names, "theta_r", "phi"), values, {"units": unit}).transpose(*told, *wide)
+    scalars = {n: _scalars(names, shape, {i: t.scalars[n] for i, t in at.items()}) for n in first.scalars}
+    return scan.assign_coords(told).assign({"brdf": brdf} | scalars)
+
+
+def _key(table: Hemisphere) -> dict[str, str | float]:
+    """Where a table belongs."""
+    turned = {} if table.phi_i is None else {"phi_i": table.phi_i}
+    return {"theta_i": table.theta_i, **turned, **table.sets}
+
+
+def _nodes(values: Iterable[str | float]) -> list[str | float]:
+    """Each value once: numbers in ascending order, names in that of the file."""
+    found = list(dict.fromkeys(values))
+    return found if isinstance(found[0], str) else sorted(found, key=float)
+
+
+def _scalars(names: list[str], shape: tuple[int, ...], by_index: Mapping[tuple[int, ...], float]) -> xr.Variable:
+    values = np.empty(shape)
+    for index, value in by_index.items():
+        values[index] = value
+    return xr.Variable(names, values, {"units": "1"})
+
+
+def _flat(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset:
+    sizes = [t.values.size for t in tables]
+
+    def each(values: Iterable[str | float]) -> npt.NDArray:
+        return np.repeat(np.array(list(values)), sizes)
+
+    first = tables[0]
+    return make_scan(
+        each(t.theta_i for t in tables),
+        np.concatenate([np.repeat(t.theta_r, len(t.phi)) for t in tables]),
+        np.concatenate([t.values.ravel() for t in tables]),
+        np.concatenate([np.tile(t.phi, len(t.theta_r)) for t in tables]),
+        phi_i=None if first.phi_i is None else each(float(t.phi_i or 0) for t in tables),
+        unit=unit,
+        coordinates={n: each(t.sets[n] for t in tables) for n in SETS if n in first.sets},
+        variables={n: (each(t.scalars[n] for t in tables), "1") for n in first.scalars},
+    )
+
+
+def on_grid(scan: xr.Dataset, sets: Sequence[str], title: str) -> xr.DataArray:
+    """The BRDF of a scan on a spherical grid with the dimensions (*sets, *AXES), of length 1 where it has none.
+
+    Raises ValueError for other dimensions, for values that are missing, and for relative data.
+    """
+    brdf = scan["brdf"]
+    if brdf.attrs.get("units") != ABSOLUTE:
+        raise ValueError(f"{title} holds absolute values in sr-1: calibrate the scan first")
+    lacking = [name for name in ("theta_i", "theta_r", "phi") if name not in brdf.dims]
+    if lacking or set(brdf.dims) - {*sets, *AXES}:
+        found = ", ".join(map(str, brdf.dims))
+        raise ValueError(f"{title} holds a grid of theta_i, theta_r and phi, not of {found}: resample the scan onto it")
+    if not np.isfinite(brdf.values).all():
+        raise ValueError(f"{title} holds a value at every direction: fill the gaps first")
+    for name in (*sets, "phi_i"):
+        if name not in brdf.dims:
+            known = scan[name].values.ravel()[:1] if name in scan.coords else np.array([np.nan])
+            brdf = brdf.drop_vars(name, errors="ignore").expand_dims({name: known})
+    return brdf.transpose(*sets, *AXES)
+
+
+def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
+    """The spherical grid that a file of tables stores for a scan: its own where it has one.
+
+    Else its incidences, theta_r from 0 to 90 and azimuths all round, in steps [deg] near its own.
+    """
+    names = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in scan["brdf"].dims]
+    system = system_of(scan)
+    if system is not None and system.name == "spherical":
+        kept = [n for n in names if n != "phi_i" or anisotropic]
+        return grid("spherical", **{n: np.unique(tidy(scan[n].values)) for n in kept})
+    flat = flatten(scan)
+    theta_i = np.unique(flat["theta_i"].values.round(6))
+    if len(theta_i) > MOST_INCIDENCES:
+        theta_i = np.arange(np.ceil(theta_i[0] / 5) * 5, theta_i[-1] + SAME, 5.0)
+    axes = {
+        "theta_i": theta_i,
+        "theta_r": np.arange(0.0, 90.0 + SAME, _step(flat["theta_r"].values)),
+        "phi": np.arange(0.0, 360.0, _step(flat["phi"].values)),
+    }
+    turned = np.unique(flat["phi_i"].values.round(6)) if "phi_i" in flat.coords else np.zeros(1)
+    if anisotropic and len(turned) > 1:
+        axes["phi_i"] = turned if len(turned) <= MOST_INCIDENCES else np.arange(0.0, 360.0, 15.0)
+    return grid("spherical", **axes)
+
+
+def _step(angles: Values) -> float:
+    """The step of STEPS nearest to the usual one between angles [deg]."""
+    steps = np.diff(np.unique(angles.round(6)))
+    usual = float(np.median(steps)) if steps.size else STEPS[-1]
+    return min(STEPS, key=lambda step: abs(step - usual))

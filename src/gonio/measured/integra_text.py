@@ -1,0 +1,239 @@
+"""What the four kinds of Integra's text files share: `;;` comments, keywords in any case, a table a channel.
+
+The grammar is that of the public reader libbsdf; Integra's own description is not public.
+"""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.files import FormatError
+from gonio.measured.dataset import HORIZON
+from gonio.measured.text import MOST_VALUES, Words, clip, lines
+
+Values = npt.NDArray[np.float64]
+
+COMMENT = ";;"
+TRANSMITTED = "transmission: no keyword says so"  # comment in the files that gonio writes of light that went through
+LONGEST_LINE = 1_000_000  # bytes; some programs write a lobe, or all factors, on one line
+SYMMETRIES = ("AxiSymmetrical", "DirSymmetrical", "PlaneSymmetrical", "ASymmetrical")
+RANGES = {"psi": 360.0, "sigma": 90.0, "sigmat": 90.0, "phi": 360.0, "theta": 180.0}  # deg, from 0
+CHANNELS = {"bw": "", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B"}
+_FIRST = ("source", "typesym", "typecolormodel", "typedata", "sigma", "psi")
+_TABLE = (*CHANNELS, "wl")
+_COLOURS = {"bw": 1, "rgb": 3}
+_SOURCES = ("Measured", "Generated", "Edited", "Morphed")
+_USUAL = "Source Measured"  # what is written where nothing says otherwise, hence nothing to remember
+
+
+@dataclass
+class Header:
+    """What stands before the first table: axes [deg] by their keyword, and how values are meant."""
+
+    axes: dict[str, Values] = field(default_factory=dict)
+    symmetry: str = ""
+    colours: str = ""
+    tables: int = 0
+    is_intensity: bool = False
+    is_relative: bool = False
+    is_marked: bool = False
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def provenance(self) -> str:
+        return "\n".join(self.notes)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The values of one channel as they stand in the file, and the line where they begin."""
+
+    name: str
+    wavelength: float | None
+    factors: Values | None
+    values: Values
+    line: int
+
+
+class Keywords(NamedTuple):
+    """The keywords, in lower case, that start lines; whether a comment says that the light went through."""
+
+    words: frozenset[str]
+    is_marked: bool
+
+
+def keywords(head: bytes) -> Keywords:
+    """What stands at the start of lines of these first bytes; no words where the file is none of Integra's."""
+    text = re.sub(r"\r\n?", "\n", head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace"))
+    rows = [row.split(None, 1)[0].lower() for row in text.split("\n") if row.partition(COMMENT)[0].strip()]
+    known = bool(rows) and rows[0] in _FIRST
+    return Keywords(frozenset(rows) if known else frozenset(), f"{COMMENT} {TRANSMITTED}" in text)
+
+
+def open_words(path: Path) -> Words:
+    return Words(path, lines(path, longest=LONGEST_LINE), comment=COMMENT)
+
+
+def read_header(words: Words) -> Header:
+    """The entries up to the first table; FormatError for values that no such file can have."""
+    header = Header()
+    notes = []
+    while (key := words.peek().lower()) not in _TABLE:
+        word = words.word("a keyword of the header or a table")
+        if key in RANGES:
+            if key in header.axes:
+                raise words.wrong(f"{key} is there twice")
+            header.axes[key] = _axis(words, key, header)
+        elif key == "source":
+            notes.append(f"Source {words.keyword(*_SOURCES)}")
+        elif key == "typesym":
+            header.symmetry = words.keyword(*SYMMETRIES)
+            if header.symmetry == "ASymmetrical" and words.peek().lower() == "4d":
+                header.symmetry = f"ASymmetrical {words.word('4D').upper()}"
+        elif key == "typecolormodel":
+            header.colours = words.keyword("BW", "RGB", "spectral").lower()
+            header.tables = _COLOURS.get(header.colours) or words.count("the number of wavelengths", most=100_000)
+        elif key == "typedata":
+            header.is_intensity = words.keyword("Luminance", "Intensity") == "Intensity"
+            header.is_relative = words.keyword("Absolute", "Relative") == "Relative"
+        else:
+            if not re.fullmatch(r"[A-Za-z_][\w.-]*", word):
+                raise words.wrong(f"{clip(word)!r} where a keyword of the header was expected")
+            notes.append(" ".join([word, *words.rest()]))
+    if "sigma" not in header.axes:
+        raise words.wrong("no sigma, the incidence angles, before the first table")
+    if not header.tables:
+        raise words.wrong("no TypeColorModel before the first table: BW, RGB or spectral")
+    header.is_marked = TRANSMITTED in words.remarks
+    header.notes = [n for n in [*words.remarks, *notes] if n not in ("", TRANSMITTED, _USUAL)]
+    return header
+
+
+def _axis(words: Words, key: str, header: Header) -> Values:
+    """The angles [deg] of one axis, ascending, within its range."""
+    if key == "sigmat":
+        if "sigma" not in header.axes:
+            raise words.wrong("sigmat before sigma: it has one angle for each angle of sigma")
+        count = len(header.axes["sigma"])
+    else:
+        count = words.count(f"the number of angles of {key}", most=100_000)
+    angles = words.table(count, key)
+    if np.any(angles < 0) or np.any(angles > RANGES[key]):
+        wrong = angles[(angles < 0) | (angles > RANGES[key])][0]
+        raise words.wrong(f"{key} has the angle {wrong:g} deg, outside 0 to {RANGES[key]:g}")
+    if key != "sigmat" and np.any(np.diff(angles) <= 0):
+        raise words.wrong(f"the angles of {key} do not ascend")
+    return angles
+
+
+def read_tables(words: Words, header: Header, each: int, factors: int) -> list[Table]:
+    """One table of `each` values a channel, with its `factors` kbdf where there are some; FormatError with the line."""
+    if header.tables * each > MOST_VALUES:
+        raise words.wrong(f"the header promises {header.tables * each} values, more than {MOST_VALUES}")
+    tables = [_table(words, header, each, factors) for _ in range(header.tables)]
+    if rest := words.peek():
+        raise words.wrong(f"{clip(rest)!r} after the last table")
+    wavelengths = [t.wavelength for t in tables if t.wavelength is not None]
+    if len(set(wavelengths)) < len(wavelengths):
+        raise words.wrong("two tables have the same wavelength")
+    if len({t.factors is None for t in tables}) > 1:
+        raise words.wrong("kbdf in some of the tables and not in others")
+    names = [t.name for t in tables if t.wavelength is None]
+    if len(set(names)) < len(names):
+        raise words.wrong("two tables have the same colour")
+    if not any(t.values.any() for t in tables):
+        raise FormatError(words.path, "every value is zero: the detector saw nothing", f"line {tables[0].line}")
+    return sorted(tables, key=lambda t: "RGB".find(t.name))
+
+
+def _table(words: Words, header: Header, each: int, most_factors: int) -> Table:
+    name = words.keyword(*_TABLE)
+    if name != _expected(header, name):
+        raise words.wrong(f"a table {name!r} in a file whose TypeColorModel is {header.colours}")
+    wavelength = words.number("the wavelength [nm]") if name == "wl" else None
+    if wavelength is not None and not 0 < wavelength < 1e9:
+        raise words.wrong(f"the wavelength is {wavelength:g} nm")
+    factors = None
+    if most_factors and words.peek().lower() == "kbdf":
+        words.word("kbdf")
+        factors = words.table(most_factors, "kbdf")
+        if np.any(factors < 0):
+            raise words.wrong(f"kbdf has the negative factor {factors.min():g}")
+    words.keyword("def")
+    words.peek()
+    line = words.line
+    values = words.table(each, f"the table {name}")
+    if words.peek().lower() == "enddef":
+        words.word("enddef")
+    return Table(CHANNELS.get(name, ""), wavelength, factors, values, line)
+
+
+def _expected(header: Header, name: str) -> str:
+    """The name itself where a table of this name is one of the colour model, else nothing."""
+    allowed = {"bw": ("bw",), "spectral": ("wl",)}.get(header.colours, ("red", "gre", "green", "blu", "blue"))
+    return name if name in allowed else ""
+
+
+def sets_of(tables: list[Table]) -> dict[str, npt.NDArray]:
+    """The coordinate along which the tables lie: wavelength [nm], channel, or none."""
+    if tables[0].wavelength is not None:
+        return {"wavelength": np.array([t.wavelength for t in tables], dtype=float)}
+    return {"channel": np.array([t.name for t in tables])} if tables[0].name else {}
+
+
+def transmission(path: Path, header: Header) -> str:
+    """Whence it is known that the light went through: a comment, the name's suffix; empty where it was reflected."""
+    if header.is_marked:
+        return "by a comment in the file"
+    return f"by the name's suffix {path.suffix}" if path.suffix.lower() in (".ddt", ".sdt") else ""
+
+
+def head_lines(provenance: str, is_transmitted: bool) -> list[str]:
+    """The comments and the source of a file to write."""
+    notes = provenance.splitlines()
+    sources = [n for n in notes if n in {f"Source {s}" for s in _SOURCES}]
+    comments = [f"{COMMENT} {n}" for n in notes if n not in sources]
+    return [*comments, *([f"{COMMENT} {TRANSMITTED}"] if is_transmitted else []), sources[-1] if sources else _USUAL]
+
+
+def tables_of(scan: xr.Dataset, order: tuple[str, ...]) -> tuple[list[Any], list[Values]]:
+    """The name of each set of a scan, channel or wavelength, and its values with the axes in `order`; 0 in gaps.
+
+    Raises ValueError for gaps above the horizon, and for sets of another kind.
+    """
+    brdf = scan["brdf"]
+    along = [str(d) for d in brdf.dims if d not in order]
+    if len(along) > 1 or not set(along) <= {"wavelength", "channel"}:
+        raise ValueError(f"an Integra file has sets along wavelength or channel, not {' and '.join(along)}")
+    values = brdf.transpose(*along, *order).values.astype(float).reshape(-1, *(scan.sizes[n] for n in order))
+    above = scan["theta_r"].broadcast_like(scan[list(order)]).transpose(*order).values <= HORIZON
+    if np.any(np.isnan(values) & above):
+        raise ValueError("the scan has gaps, and an Integra file can hold none: gonio.convert fills them")
+    single = next((n for n in ("wavelength", "channel") if n in scan.coords and not along), "")
+    name = along[0] if along else single
+    names = np.atleast_1d(scan[name].values).tolist() if name else [""]
+    return names, list(np.nan_to_num(values))
+
+
+def colour_words(names: list[Any]) -> tuple[str, list[str]]:
+    """The TypeColorModel of these sets and the word of each table; ValueError for channels that no file can name."""
+    if isinstance(names[0], float | int):
+        return f"spectral {len(names)}", [f"wl {float(w)!r}" for w in names]
+    if names == [""]:
+        return "BW", ["bw"]
+    if names == ["R", "G", "B"]:
+        return "RGB", ["red", "green", "blue"]
+    raise ValueError(
+        f"an Integra file has the channels R, G, B, or wavelengths, or one channel without a name, not "
+        f"{', '.join(map(str, names))}: select one, or write another format"
+    )
+
+
+def row_of(values: Values) -> str:
+    """Numbers with every digit that they need."""
+    return " ".join(map(repr, values.tolist()))

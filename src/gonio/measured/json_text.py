@@ -1,0 +1,128 @@
+"""JSON with places: what it holds, and the line of any value in it, which is looked for only where it is wrong.
+
+Numbers are floats. Refused are what JSON is not (NaN, Infinity), names that are there twice, and nesting beyond DEEPEST.
+"""
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gonio.files import FormatError
+from gonio.measured.text import clip
+
+DEEPEST = 64
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
+Step = str | int
+
+
+class _RefusedError(ValueError):
+    """What the parser is told to refuse; the place is looked for afterwards."""
+
+
+@dataclass(frozen=True)
+class Document:
+    """A file's text and what it says."""
+
+    path: Path
+    text: str
+    value: Any
+
+    def wrong(self, what: str, *steps: Step) -> FormatError:
+        """The error to raise for what is wrong with the value at these names and indexes, or with what holds it."""
+        for known in range(len(steps), 0, -1):
+            for at, place, _ in _places(self.text):
+                if place == list(steps[:known]):
+                    return FormatError(self.path, what, _line(self.text, at))
+        return FormatError(self.path, what, "line 1")
+
+    def object(self, *steps: str) -> dict[str, Any]:
+        """The object at these names; FormatError where there is none."""
+        found: Any = self.value
+        for n, name in enumerate(steps):
+            found = found.get(name)
+            if not isinstance(found, dict):
+                raise self.wrong(f"there is no object {clip(name)!r} here", *steps[: n + 1])
+        return found
+
+
+def load(path: Path) -> Document:
+    """Read a file; FormatError with the line, or the byte of what is no UTF-8."""
+    raw = path.read_bytes()
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", f"byte {error.start}") from error
+    try:
+        value = json.loads(text, parse_int=float, parse_constant=_no_constant, object_pairs_hook=_unique)
+    except json.JSONDecodeError as error:
+        raise FormatError(path, f"is no JSON ({error.msg})", f"line {error.lineno}") from error
+    except (RecursionError, _RefusedError) as error:
+        raise _refusal(path, text) from error
+    if not isinstance(value, dict):
+        raise FormatError(path, "is JSON, but no object", "line 1")
+    return Document(path, text, value)
+
+
+def _no_constant(name: str) -> Any:
+    raise _RefusedError(name)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise _RefusedError
+    return found
+
+
+def _refusal(path: Path, text: str) -> FormatError:
+    """The first thing that `load` refused, found by a walk over the text."""
+    seen: list[set[Step]] = []
+    for at, place, token in _places(text):
+        if len(place) > DEEPEST:
+            return FormatError(path, f"values lie more than {DEEPEST} deep", _line(text, at))
+        if token in ("NaN", "Infinity", "-Infinity"):
+            return FormatError(path, f"{token} is no JSON number: leave the value out", _line(text, at))
+        del seen[len(place) :]
+        seen += [set() for _ in range(len(place) - len(seen))]
+        if place and isinstance(place[-1], str):
+            if place[-1] in seen[-1]:
+                return FormatError(path, f"the name {clip(place[-1])!r} is there twice: keep one", _line(text, at))
+            seen[-1].add(place[-1])
+    return FormatError(path, "is no JSON that can be read", "line 1")
+
+
+def _places(text: str) -> Iterator[tuple[int, list[Step], str]]:
+    """Offset, names and indexes, and first token of every value, in order; each list is overwritten by the next."""
+    place: list[Step] = []
+    name = ""
+    after = ""
+    for match in _TOKEN.finditer(text.removeprefix("\ufeff")):
+        token, at = match.group(), match.start()
+        if token == ":":
+            place[-1:] = [_text(name)]
+        elif token == ",":
+            if place and isinstance(place[-1], int):
+                place[-1] += 1
+        elif token in "}]":
+            del place[-1:]
+        else:
+            name = token
+            if after == ":" or not place or isinstance(place[-1], int):
+                yield at, place, token
+            if token in "{[":
+                place.append("" if token == "{" else 0)
+        after = token
+
+
+def _text(token: str) -> str:
+    try:
+        return str(json.loads(token))
+    except ValueError:
+        return token
+
+
+def _line(text: str, at: int) -> str:
+    return f"line {text.count(chr(10), 0, at) + 1}"

@@ -1,0 +1,59 @@
+"""The grid about the mirror direction that a format stores for a scan which is on no such grid yet."""
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.measured.coordinates import SYSTEMS, grid, system_of
+from gonio.measured.dataset import flatten, is_in_plane
+
+Values = npt.NDArray[np.float64]
+
+DECIMALS = 6  # of a degree; angles nearer than this are one
+MOST_NODES = 361  # of an axis
+AZIMUTH_STEP = 10.0  # deg, about the mirror direction
+NARROWEST, WIDEST = 0.5, 5.0  # deg, between nodes about the mirror direction
+
+
+def own_grid(scan: xr.Dataset, *systems: str) -> xr.Dataset | None:
+    """The coordinates of the grid of one of `systems` that the scan is on already; None where it is on none."""
+    found = system_of(scan)
+    if found is None or found.name not in systems or scan["brdf"].dims == ("direction",):
+        return None
+    return grid(found.name, **{a: scan[a].values for a in found.axes if a in scan["brdf"].dims})
+
+
+def mirror_grid(scan: xr.Dataset) -> xr.Dataset:
+    """Directions (theta_i, theta_s, phi_s[, phi_i]) [deg] at the scan's incidence angles, with steps near its own.
+
+    In plane there are the two azimuths of the plane of incidence and the scan's own angles from the mirror direction.
+    """
+    flat = flatten(scan)
+    theta_i = _distinct(flat["theta_i"].values)
+    turned = "phi_i" in flat.coords and len(_distinct(flat["phi_i"].values)) > 1
+    if is_in_plane(flat).all() and not turned:
+        azimuths = np.array([0.0, 180.0])
+        theta_s = _distinct(_from_mirror(flat))
+        if len(theta_s) <= MOST_NODES:
+            return grid("specular", theta_i=theta_i, theta_s=theta_s, phi_s=azimuths)
+    else:
+        azimuths = np.arange(0.0, 361.0, AZIMUTH_STEP)
+    theta_s = np.arange(0.0, 90.0 + theta_i.max() + 1e-9, _step(flat["theta_r"].values))
+    axes = {"theta_i": theta_i, "theta_s": theta_s, "phi_s": azimuths}
+    return grid("specular", **axes, **({"phi_i": _distinct(flat["phi_i"].values % 360.0)} if turned else {}))
+
+
+def _distinct(values: Values) -> Values:
+    return np.unique(np.round(np.asarray(values, dtype=float), DECIMALS)) + 0.0
+
+
+def _from_mirror(flat: xr.Dataset) -> Values:
+    theta_i, theta_r, phi = (flat[a].values.astype(float) for a in ("theta_i", "theta_r", "phi"))
+    return SYSTEMS["specular"].axes_of(theta_i, theta_r, phi, np.zeros(()))[1]
+
+
+def _step(theta_r: Values) -> float:
+    """The scan's usual step in theta_r [deg] as a part of 90, within what a file should have."""
+    steps = np.diff(_distinct(theta_r))
+    usual = float(np.median(steps)) if len(steps) else WIDEST
+    return 90.0 / round(90.0 / min(max(usual, NARROWEST), WIDEST))

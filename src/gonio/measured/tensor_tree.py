@@ -1,0 +1,187 @@
+"""Trees of cells in the square that the hemisphere is mapped to: Radiance's tensor trees of rank 3 and 4.
+
+A direction's projection on the surface, a point of the unit disk, is mapped to the unit square so that areas stay in
+proportion (shirley1997). Rank 4 has the square of the incident direction, then that of the outgoing one. Rank 3 is for
+isotropic surfaces: 1/2 - sin(theta_i)/2, of which only the lower half is used, then the outgoing square with the light
+on its way to azimuth 0. A cell of level n is 2^-n wide in every coordinate and holds one value. Incident azimuths are
+those that the light travels to, opposite to its source's.
+"""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.measured.elements import Element
+from gonio.measured.text import clip
+
+DEEPEST = 15  # levels of a tree: 2^-15 of the square is far below any instrument's cone
+Array = npt.NDArray[np.float64]
+Whole = npt.NDArray[np.int64]
+_TOKEN = re.compile(r"[{}]|[^{}]+")
+_NEAR_ONE = np.nextafter(1.0, 0.0)
+
+
+def to_disk(a: Array, b: Array) -> tuple[Array, Array]:
+    """Radius and azimuth [rad] in the unit disk of points of the unit square (shirley1997)."""
+    x, y = 2 * np.asarray(a) - 1, 2 * np.asarray(b) - 1
+    wide = np.abs(x) > np.abs(y)
+    major, minor = np.where(wide, x, y), np.where(wide, y, x)
+    turn = np.pi / 4 * np.divide(minor, major, out=np.zeros_like(major), where=major != 0)
+    azimuth = np.where(wide, turn, np.pi / 2 - turn) + np.where(major < 0, np.pi, 0.0)
+    return np.abs(major), azimuth
+
+
+def to_square(radius: Array, azimuth: Array) -> tuple[Array, Array]:
+    """Points of the unit square of a radius and an azimuth [rad] in the unit disk: the way back."""
+    turned = (np.asarray(azimuth) + np.pi / 4) % (2 * np.pi)
+    quarter = np.floor(turned / (np.pi / 2)).astype(int) % 4
+    minor = radius * ((turned - quarter * np.pi / 2) / (np.pi / 4) - 1)
+    x = np.choose(quarter, [radius, -minor, -radius, minor])
+    y = np.choose(quarter, [minor, radius, -minor, -radius])
+    return (x + 1) / 2, (y + 1) / 2
+
+
+def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
+    """Levels (n), cells (n, rank) and values (n) of the tree in an element's text; FormatError with the line.
+
+    Branches have the first coordinate's half in the lowest bit of their number; a grid has its first coordinate
+    slowest. Only the cells that directions fall in are kept.
+    """
+    levels, cells, values = [], [], []
+    for level, corner, grid in _grids(data, rank):
+        finer = (len(grid).bit_length() - 1) // rank
+        if level + finer > DEEPEST:
+            raise data.wrong(f"the tree is finer than 2^-{DEEPEST}")
+        width = 1 << finer
+        inner = np.stack(np.unravel_index(np.arange(len(grid)), (width,) * rank), axis=-1)
+        levels.append(np.full(len(grid), level + finer))
+        cells.append(np.array(corner) * width + inner)
+        values.append(grid)
+    level, cell, value = np.concatenate(levels), np.concatenate(cells), np.concatenate(values)
+    if rank == 3:
+        used = 2 * cell[:, 0] < (1 << level)
+        level, cell, value = level[used], cell[used], value[used]
+    return level, cell, value
+
+
+def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], Array]]:
+    """Level, corner and values of every innermost `{ }`, in the order of the file."""
+    branches = 1 << rank
+    seen: list[int] = []  # the branches of each open node so far
+    corners: list[tuple[int, ...]] = []
+    held = False  # whether the innermost open node has had its values
+    ended = False
+    for token in _TOKEN.finditer(data.text):
+        word, at = token.group(), token.start()
+        if word == "{":
+            if ended or held:
+                raise data.wrong("'{' where '}' was expected" if held else "there is more after the tree's end", at)
+            if len(seen) > DEEPEST:
+                raise data.wrong(f"the tree's braces lie more than {DEEPEST} deep", at)
+            number = seen[-1] if seen else 0
+            if number == branches:
+                raise data.wrong(f"a node has more than {branches} branches", at)
+            above = corners[-1] if corners else (0,) * rank
+            corners.append(tuple(2 * c + (number >> d & 1) for d, c in enumerate(above)) if seen else above)
+            if seen:
+                seen[-1] += 1
+            seen.append(0)
+        elif word == "}":
+            if not seen:
+                raise data.wrong("'}' without '{'", at)
+            if not held and seen[-1] != branches:
+                raise data.wrong(f"a node has {seen[-1]} branches, not {branches}", at)
+            seen.pop()
+            corners.pop()
+            held, ended = False, not seen
+        elif word.replace(",", " ").strip():
+            if not seen or seen[-1]:
+                raise data.wrong(f"{clip(word.strip())!r} where {'{ or }' if seen else '{'} was expected", at)
+            yield len(seen) - 1, corners[-1], _values(data, word, at, rank)
+            held = True
+    if not ended:
+        raise data.wrong("the tree ends before its last '}'" if seen else "there is no tree", len(data.text))
+
+
+def _values(data: Element, words: str, at: int, rank: int) -> Array:
+    grid = numbers(data, words, at)
+    finer, rest = divmod(len(grid).bit_length() - 1, rank)
+    if rest or len(grid) != 1 << finer * rank:
+        raise data.wrong(f"a grid holds {len(grid)} values, not a power of {1 << rank}", at)
+    return grid
+
+
+def numbers(data: Element, text: str, at: int = 0) -> Array:
+    """The numbers of an element's text, from character `at`, parted by white space or commas; FormatError with line."""
+    words = text.replace(",", " ").split()
+    try:
+        found = np.array(list(map(float, words)))
+    except ValueError:
+        found = np.array([np.nan])
+    if "_" in text or not np.isfinite(found).all():
+        offset, bad = _first_bad(text)
+        raise data.wrong(f"a value is {clip(bad)!r}, not a finite number", at + offset)
+    return found
+
+
+def _first_bad(text: str) -> tuple[int, str]:
+    for word in re.finditer(r"[^\s,]+", text):
+        try:
+            if "_" not in word.group() and np.isfinite(float(word.group())):
+                continue
+        except ValueError:
+            pass
+        return word.start(), word.group()
+    return 0, text.strip()
+
+
+def centres(level: Whole, cell: Whole) -> tuple[Array, Array, Array, Array]:
+    """Polar angles and azimuths [deg] of the cells' centres: incident (azimuth 0 for rank 3), then outgoing."""
+    points = (cell + 0.5) / np.exp2(level)[:, None]
+    if cell.shape[1] == 3:
+        # A tree that is one cell reaches over the unused half: its centre is that of the used one.
+        radius_i = 1 - 2 * np.where(level == 0, 0.25, points[:, 0])
+        azimuth_i = np.zeros(len(level))
+    else:
+        radius_i, azimuth_i = to_disk(points[:, 0], points[:, 1])
+    radius_r, azimuth_r = to_disk(points[:, -2], points[:, -1])
+    found = np.arcsin(radius_i), azimuth_i, np.arcsin(radius_r), azimuth_r
+    theta_i, phi_i, theta_r, phi_r = (np.degrees(v) for v in found)
+    return theta_i, phi_i % 360.0, theta_r, phi_r % 360.0
+
+
+def cell_of(
+    level: npt.ArrayLike, rank: int, theta_i: Array, azimuth_i: Array, theta_r: Array, azimuth_r: Array
+) -> Whole:
+    """The cells (n, rank) of a level that hold the directions [deg], azimuths as `centres` gives them."""
+    radius_i, radius_r = np.sin(np.radians(theta_i)), np.sin(np.radians(theta_r))
+    if rank == 3:
+        turned = azimuth_r - azimuth_i
+        used = np.minimum((1 - radius_i) / 2, 0.5 * _NEAR_ONE)
+        points = [used, *to_square(radius_r, np.radians(turned))]
+    else:
+        points = [*to_square(radius_i, np.radians(azimuth_i)), *to_square(radius_r, np.radians(azimuth_r))]
+    inside = np.clip(np.stack(np.broadcast_arrays(*points), axis=-1), 0.0, _NEAR_ONE)
+    return np.floor(inside * np.exp2(np.asarray(level))[..., None]).astype(np.int64)
+
+
+def look_up(level: Whole, cell: Whole, values: Array, directions: tuple[Array, Array, Array, Array]) -> Array:
+    """The value of the leaf that holds each direction, NaN where the leaves leave a hole."""
+    rank = cell.shape[1]
+    found = np.full(np.broadcast_shapes(*(d.shape for d in directions)), np.nan)
+    for n in np.unique(level):
+        here = level == n
+        order = np.argsort(_key(n, cell[here]))
+        keys, own = _key(n, cell[here])[order], values[here][order]
+        wanted = _key(n, cell_of(n, rank, *directions))
+        place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        found = np.where(keys[place] == wanted, own[place], found)
+    return found
+
+
+def _key(level: int, cell: Whole) -> Whole:
+    """One whole number for each cell of a level: 4 x 15 bits at most."""
+    shifts = np.arange(cell.shape[-1]) * int(level)
+    return (cell << shifts).sum(axis=-1)

@@ -1,0 +1,164 @@
+"""What a Zarr store promises, checked against its files before anything is allocated: shapes, chunks, codecs, sums.
+
+Stores of format 3 are read whose arrays are plain numbers in a regular grid of chunks, bare or compressed by zstd, with
+or without a CRC-32C. Every chunk must be there: a lost one would be read as fill values.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gonio.files import FormatError
+from gonio.measured.json_text import Document, load
+from gonio.measured.text import MOST_VALUES, clip
+
+METADATA = "zarr.json"
+LONGEST_METADATA = 16_777_216  # bytes
+MOST_BYTES_OF_CHUNK = 67_108_864
+_KINDS = ("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64")
+_CODECS = ("bytes", "zstd", "crc32c")
+_ZSTD = b"\x28\xb5\x2f\xfd"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One array as its metadata promise it."""
+
+    store: Path
+    name: str
+    shape: tuple[int, ...]
+    chunk: tuple[int, ...]
+    itemsize: int
+    codecs: tuple[str, ...]
+
+    @property
+    def nbytes(self) -> int:
+        return math.prod(self.shape) * self.itemsize
+
+    @property
+    def chunk_nbytes(self) -> int:
+        return math.prod(self.chunk) * self.itemsize
+
+    def chunk_names(self) -> Any:
+        """The name within the store of every chunk that must be there."""
+        counts = [range(-(-n // c)) for n, c in zip(self.shape, self.chunk, strict=True)]
+        return ("/".join((self.name, "c", *map(str, at))) for at in itertools.product(*counts))
+
+
+def plans(store: Path) -> list[Plan]:
+    """The arrays of a store; FormatError with the file in it and the line."""
+    root = _metadata(store, METADATA)
+    _expect(store, METADATA, root, root.value.get("node_type") == "group", "the store's root is no group", "node_type")
+    names = sorted(p.name for p in store.iterdir() if p.name != METADATA)
+    if not names:
+        raise FormatError(store, "the store holds no array", f"{METADATA}, line 1")
+    return [_plan(store, name) for name in names]
+
+
+def _metadata(store: Path, name: str) -> Document:
+    path = store / name
+    if not path.is_file():
+        raise FormatError(store, f"there is no file {clip(name)} in the store", f"{clip(name)}, byte 0")
+    if path.stat().st_size > LONGEST_METADATA:
+        raise FormatError(store, f"is longer than {LONGEST_METADATA} bytes", f"{clip(name)}, byte {LONGEST_METADATA}")
+    try:
+        document = load(path)
+    except FormatError as error:
+        raise FormatError(store, error.what, f"{name}, {error.where}") from error
+    found = document.value.get("zarr_format")
+    _expect(store, name, document, found == 3, "zarr_format is not 3: save the store in Zarr format 3", "zarr_format")
+    return document
+
+
+def _expect(store: Path, name: str, document: Document, holds: bool, what: str, *steps: str | int) -> None:
+    if not holds:
+        raise FormatError(store, what, f"{name}, {document.wrong(what, *steps).where}")
+
+
+def _plan(store: Path, name: str) -> Plan:
+    file = f"{name}/{METADATA}"
+    document = _metadata(store, file)
+
+    def expect(holds: bool, what: str, *steps: str | int) -> None:
+        _expect(store, file, document, holds, what, *steps)
+
+    value = document.value
+    expect(value.get("node_type") == "array", f"{clip(name)} is no array", "node_type")
+    kind = value.get("data_type")
+    expect(kind in _KINDS, f"data_type is {clip(str(kind))!r}, not one of {', '.join(_KINDS)}", "data_type")
+    itemsize = np.dtype(kind).itemsize
+    shape = _sizes(value.get("shape"))
+    expect(shape is not None, "shape is no list of counts", "shape")
+    grid = value.get("chunk_grid")
+    configuration = grid.get("configuration") if isinstance(grid, dict) and grid.get("name") == "regular" else None
+    chunk = _sizes(configuration.get("chunk_shape")) if isinstance(configuration, dict) else None
+    expect(chunk is not None and min(chunk, default=1) > 0, "there is no regular chunk_grid", "chunk_grid")
+    assert shape is not None
+    assert chunk is not None
+    expect(len(shape) == len(chunk), "chunk_shape has not as many counts as shape", "chunk_grid")
+    expect(math.prod(shape) <= MOST_VALUES, f"{clip(name)} would hold more than {MOST_VALUES} values", "shape")
+    room = math.prod(chunk) * itemsize
+    expect(room <= MOST_BYTES_OF_CHUNK, f"a chunk would be {room} bytes: save with smaller chunks", "chunk_grid")
+    encoding = value.get("chunk_key_encoding")
+    standard = isinstance(encoding, dict) and encoding.get("name") == "default"
+    slashed = standard and (encoding.get("configuration") or {"separator": "/"}) == {"separator": "/"}
+    expect(slashed, "chunk_key_encoding is not the default one", "chunk_key_encoding")
+    expect(not value.get("storage_transformers"), "there are storage_transformers", "storage_transformers")
+    codecs = value.get("codecs")
+    named = [c.get("name") if isinstance(c, dict) else None for c in codecs] if isinstance(codecs, list) else []
+    known = tuple(n for n in _CODECS if n in named)
+    what = "codecs are not bytes, then zstd or none, then crc32c or none: save the store with these"
+    expect(bool(named) and tuple(named) == known and known[0] == "bytes", what, "codecs")
+    return Plan(store, name, shape, chunk, itemsize, known)
+
+
+def _sizes(value: Any) -> tuple[int, ...] | None:
+    """Whole numbers, None where the value is no list of these."""
+    if not isinstance(value, list) or len(value) > 16 or set(map(type, value)) - {float}:
+        return None
+    if any(not 0 <= v <= 2**62 or v != int(v) for v in value):
+        return None
+    return tuple(map(int, value))
+
+
+def check_chunks(plan: Plan) -> None:
+    """Every chunk is there, holds what its codecs promise, and has its sum; FormatError with the chunk."""
+    for name in plan.chunk_names():
+        path = plan.store / name
+        if not path.is_file():
+            raise FormatError(plan.store, "a chunk is missing: copy the store whole", f"{name}, byte 0")
+        if path.stat().st_size > plan.chunk_nbytes + plan.chunk_nbytes // 8 + 1024:
+            raise FormatError(plan.store, "a chunk's file is longer than its values need", f"{name}, byte 0")
+        raw = path.read_bytes()
+        if "crc32c" in plan.codecs:
+            raw = _summed(plan, name, raw)
+        found = _content(raw) if "zstd" in plan.codecs else len(raw)
+        if found != plan.chunk_nbytes:
+            what = f"a chunk holds {found if found is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
+            raise FormatError(plan.store, what, f"{name}, byte 0")
+
+
+def _summed(plan: Plan, name: str, raw: bytes) -> bytes:
+    import google_crc32c
+
+    body, stated = raw[:-4], raw[-4:]
+    if len(raw) < 4 or google_crc32c.value(body) != int.from_bytes(stated, "little"):
+        raise FormatError(plan.store, "a chunk is damaged: its checksum differs", f"{name}, byte {len(body)}")
+    return body
+
+
+def _content(raw: bytes) -> int | None:
+    """The length that a zstd frame's header states (RFC 8878, 3.1.1.1), None where it states none."""
+    if not raw.startswith(_ZSTD) or len(raw) < 6:
+        return None
+    flags = raw[4]
+    single = bool(flags & 0x20)
+    width = (1 if single else 0, 2, 4, 8)[flags >> 6]
+    start = 5 + (0 if single else 1) + (0, 1, 2, 4)[flags & 3]
+    if not width or len(raw) < start + width:
+        return None
+    return int.from_bytes(raw[start : start + width], "little") + (256 if width == 2 else 0)

@@ -1,0 +1,156 @@
+"""The commands about files: formats, info on whatever gonio reads, convert, diff."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gonio import read, write
+from gonio.app.cli import main
+from gonio.measured.dataset import make_scan
+from gonio.measured.formats import formats
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command in this process: exit code, standard output, standard error."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["gonio", *map(str, arguments)])
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def shared():
+    if not SHARED.is_dir():
+        pytest.skip(f"no files at {SHARED}")
+    return SHARED
+
+
+@pytest.fixture
+def scan_file(tmp_path):
+    theta_i, theta_r, phi = (
+        a.ravel() for a in np.meshgrid([10.0, 40], np.arange(0, 81, 10.0), np.arange(0, 360, 30.0))
+    )
+    path = tmp_path / "scan.csv"
+    write(make_scan(theta_i, theta_r, 0.1 + np.cos(np.radians(theta_r)), phi), path)
+    return path
+
+
+def as_json(run, *arguments):
+    code, out, err = run(*arguments, "--json", "-")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def test_formats_are_listed_within_eighty_columns(run):
+    code, out, _ = run("formats")
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= 80
+    assert all(name in out for name in formats())
+    listed = as_json(run, "formats")
+    assert [f["name"] for f in listed] == list(formats())
+    assert {f["name"]: f["write"] for f in listed}["zemax"] is True
+
+
+@pytest.mark.parametrize(
+    "pattern", ["zemax/*.bsdf", "fred/*.txt", "columns/*.csv", "rgl/*white*", "bird/*.brdf", "rt300s/01*.xls"]
+)
+def test_info_says_what_a_file_holds(run, shared, pattern):
+    keys = {"format", "quantity", "unit", "points", "wavelengths", "symmetry", "history"}
+    for path in sorted((shared / "files").glob(pattern)):
+        record = as_json(run, "info", path)
+        assert keys <= set(record)
+        assert record["points"] >= 8
+        assert record["unit"] in ("sr-1", "a.u.")
+        assert f"as {record['format']}" in record["history"][-1]
+        code, out, _ = run("info", path)
+        assert code == 0
+        assert record["format"] in out.replace("\n", " ")
+
+
+def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):
+    out = tmp_path / "scan.bsdf"
+    code, _, err = run("convert", scan_file, out)
+    assert code == 1
+    assert "several formats are called .bsdf" in err
+    code, _, err = run("convert", scan_file, out, "--to", "zemax")
+    assert code == 1
+    assert "--fill symmetry or --fill MODEL" in err
+    code, text, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert")
+    assert code == 0, err
+    text = " ".join(text.split())
+    assert "filled by lambert fitted with uniform weighting" in text
+    assert "as the file reads now: rms error" in text
+    code, _, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "lambert")
+    assert code == 1
+    assert "--force" in err
+    record = as_json(run, "convert", scan_file, tmp_path / "again.nc", "--impose", "bilateral")
+    assert record["error"]["rms"] < 1e-12
+    assert "averaged over bilateral" in " ".join(read(tmp_path / "again.nc").attrs["history"].split())
+
+
+def test_convert_refuses_two_models(run, scan_file, tmp_path):
+    code, _, err = run("convert", scan_file, tmp_path / "x.csv", "--fill", "ggx,lambert")
+    assert code == 1
+    assert "2 models, ggx and lambert" in err
+
+
+def test_diff_of_a_file_with_itself_and_with_another(run, scan_file, tmp_path):
+    same = as_json(run, "diff", scan_file, scan_file)
+    assert same["rms"] == 0
+    assert same["measured_in_both"] == same["directions"] == 216
+    other = tmp_path / "other.csv"
+    scan = read(scan_file)
+    write(scan.assign(brdf=(scan["brdf"] * 1.1).assign_attrs(units="sr-1")), other)
+    figure = tmp_path / "figure.png"
+    code, text, err = run("diff", other, scan_file, "--out", figure)
+    assert code == 0, err
+    assert "10 %" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert figure.stat().st_size > 10_000
+    record = as_json(run, "diff", other, scan_file)
+    assert record["bias"] == pytest.approx(0.1)
+    assert [row["theta_i"] for row in record["by"]] == [10, 40]
+
+
+def test_diff_of_what_has_nothing_in_common(run, tmp_path):
+    a, b = tmp_path / "a.csv", tmp_path / "b.csv"
+    write(make_scan([10.0, 10], [0.0, 10], [1.0, 1]), a)
+    write(make_scan([60.0, 60], [0.0, 10], [1.0, 1]), b)
+    code, text, _ = run("diff", a, b)
+    assert code == 0
+    assert "nothing in common: 2 directions" in text
+
+
+def test_compare_and_fit_take_any_readable_file(run, shared):
+    for path in (shared / "files/zemax/AnoBlackEC1onAlum.bsdf", shared / "files/fred/AnoBlackEC1onAlum.txt"):
+        record = as_json(run, "fit", path, "--model", "torrance-sparrow")
+        assert record["parameters"]
+    code, text, err = run("compare", shared / "files/fred/AnoBlackEC1onAlum.txt", "--models", "lambert,wang-2016")
+    assert code == 0, err
+    assert "wang-2016" in text
+
+
+def test_models_of_reflection_are_not_fitted_to_transmission(run, tmp_path):
+    path = tmp_path / "through.csv"
+    scan = make_scan(
+        np.full(9, 20.0), np.arange(0, 81, 10.0), np.ones(9), coordinates={"mode": np.full(9, "transmission")}
+    )
+    write(scan, path)
+    code, _, err = run("fit", path, "--model", "lambert")
+    assert code == 1
+    assert "transmission" in err

@@ -1,0 +1,189 @@
+"""Damaged and hostile files of every format, by the hundred thousand: `make fuzz` writes docs/fuzzing.md.
+
+A file is read as users read it, with `gonio.read`, in a process of its own. Good outcomes are a Dataset that is valid,
+and a FormatError of one line that names the file and a place in it. Anything else is a failure: another exception, a
+warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Each input follows
+from seed and number alone, so that a failure can be made again: `--only NUMBER`.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import threading
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # as pytest does
+
+from gonio.measured import formats as registry
+from outcomes import attempt
+from seeds import EASY, damaged, put, seeds
+from workers import Process, Tally, Worker
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD, PAGE = ROOT / "benchmarks" / "fuzzing.json", ROOT / "docs" / "fuzzing.md"
+INPUTS = 200_000
+QUICK = 2_000  # inputs of each format in `make test`, fewer where all its files are large
+CHUNK = 500  # inputs that a worker does at a stretch
+SAVED = 3  # failing inputs kept of one kind
+
+
+def quick(name: str) -> int:
+    """How many inputs a quick run gives to a format."""
+    smallest = min(s.size for s in seeds(name))
+    return max(QUICK * EASY // max(smallest, EASY), 20)
+
+
+def saved(name: str, seed: int, number: int) -> Path:
+    """An input as a file in the temporary folder, for a closer look."""
+    folder = Path(tempfile.gettempdir()) / "gonio-fuzz" / f"{name}-{seed}-{number}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return put(damaged(name, seed, number)[0], folder)
+
+
+def kinds(failures: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
+    """Failures by what went wrong, the numbers and quotations in it left out."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for failure in failures:
+        found.setdefault(failure["why"].split(": ", 1)[0], []).append(failure)
+    return found
+
+
+def report(name: str, seed: int, failures: list[dict[str, Any]]) -> str:
+    """A few lines a kind of failure, with files to look at."""
+    lines = []
+    for found in sorted(kinds(failures).values(), key=len, reverse=True):
+        lines.append(f"{name}: {len(found)} x {found[0]['why']}")
+        lines += [f"    {saved(name, seed, f['number'])} ({', '.join(f['done'])})" for f in found[:SAVED]]
+    return "\n".join(lines)
+
+
+def fuzz(
+    names: list[str], inputs: int, seed: int, workers: int, said: Callable[[str, Tally], None]
+) -> dict[str, Tally]:
+    """So many inputs of each format over several workers; `said` hears of every stretch."""
+    jobs = [(n, first, min(first + CHUNK, inputs)) for n in names for first in range(0, inputs, CHUNK)][::-1]
+    tallies = {name: Tally() for name in names}
+    lock = threading.Lock()
+
+    def work() -> None:
+        process = Process()
+        try:
+            while True:
+                with lock:
+                    if not jobs:
+                        return
+                    name, first, last = jobs.pop()
+                for tally in process.run(name, seed, first, last):
+                    with lock:
+                        tallies[name].add(vars(tally))
+                        said(name, tally)
+        finally:
+            process.close()
+
+    with ThreadPoolExecutor(workers) as threads:
+        for done in [threads.submit(work) for _ in range(workers)]:
+            done.result()
+    return tallies
+
+
+def _row(tally: Tally, seed: int) -> dict[str, Any]:
+    return {
+        "inputs": tally.inputs,
+        "reached": tally.reached,
+        "read": tally.read,
+        "refused": tally.refused,
+        "failures": len(tally.failures),
+        "kinds": {why: len(found) for why, found in kinds(tally.failures).items()},
+        "slowest_ms": round(1000 * tally.slowest),
+        "peak_MB": round(tally.peak),
+        "seed": seed,
+        "date": date.today().isoformat(),
+        "machine": f"{os.cpu_count()} cores, Python {sys.version.split()[0]}",
+    }
+
+
+HEAD = """# Damaged and hostile files
+
+`make fuzz` changes valid files of every format, by seed, and reads each as users do. Bytes are flipped, cut, put in,
+repeated, swapped, truncated and joined; counts become 2^62, -1, 0 and 2^31; numbers become `1e999`, `nan`, `-1`, `1,5`
+and nothing; braces are opened a million deep; XML entities are declared that grow to gigabytes; there are byte-order
+marks, mixed line ends, decimal commas and UTF-16.
+
+Good outcomes are a Dataset that is valid (angles finite and in range, no infinities, not all zero) and one line that
+names the file and the line or byte. Anything else is a failure: another exception, a warning, over 2 s of processor
+time, over 200 MB of memory. *reached* is the share that was still recognised as the format; the rest were some other
+format's, or none's, and are held to the same.
+
+| format | inputs | reached | read | refused | failures | slowest ms | peak MB | date | machine |
+|---|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def page(record: dict[str, Any]) -> str:
+    return HEAD + "".join(_line(name, row) for name, row in sorted(record.items()))
+
+
+def _line(name: str, row: dict[str, Any]) -> str:
+    reached = f"{row['reached'] / max(row['inputs'], 1):.0%}"
+    counts = " | ".join(
+        str(row[key]) for key in ("read", "refused", "failures", "slowest_ms", "peak_MB", "date", "machine")
+    )
+    return f"| {name} | {row['inputs']} | {reached} | {counts} |\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--inputs", type=int, default=INPUTS, help="of each format")
+    parser.add_argument("--formats", default="all", help="names, separated by commas")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=PAGE, help="the page; its numbers lie in a .json beside it")
+    parser.add_argument("--only", type=int, help="write one input of one format as a file, read it here, and stop")
+    parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
+    chosen = parser.parse_args()
+    if chosen.worker:
+        Worker(chosen.worker).serve()
+        return 0
+    names = list(registry.formats()) if chosen.formats == "all" else chosen.formats.split(",")
+    names = [registry.formats()[name].name for name in names]
+    if chosen.only is not None:
+        path = saved(names[0], chosen.seed, chosen.only)
+        print(path, *attempt(path, names[0]))
+        return 0
+    tallies = _with_progress(names, chosen)
+    kept = RECORD if chosen.out == PAGE else chosen.out.with_suffix(".json")
+    record = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    record |= {name: _row(tally, chosen.seed) for name, tally in tallies.items()}
+    kept.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    chosen.out.write_text(page(record), encoding="utf-8")
+    print(page({name: record[name] for name in names}).split("\n\n")[-1])
+    for name, tally in tallies.items():
+        if tally.failures:
+            print(report(name, chosen.seed, tally.failures))
+    return int(any(tally.failures for tally in tallies.values()))
+
+
+def _with_progress(names: list[str], chosen: argparse.Namespace) -> dict[str, Tally]:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"), TimeRemainingColumn())
+    found: Counter[str] = Counter()
+    with Progress(*columns) as bar:
+        tasks = {name: bar.add_task(name, total=chosen.inputs, said="") for name in names}
+
+        def said(name: str, tally: Tally) -> None:
+            found[name] += len(tally.failures)
+            bar.update(tasks[name], advance=tally.inputs, said=f"{found[name]} failures")
+
+        return fuzz(names, chosen.inputs, chosen.seed, chosen.workers, said)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

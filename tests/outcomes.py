@@ -1,0 +1,113 @@
+"""What may come of a file: a valid Dataset, or one line that names the file and the place."""
+
+import os
+import traceback
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gonio
+from gonio.files import FormatError
+from gonio.measured import formats as registry
+from gonio.measured.coordinates import SYSTEMS
+from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
+
+LONGEST = 2.0  # s of processor time for one file
+LONGEST_MESSAGE = 1000  # characters beside the path
+ALLOWED = ("is empty", "no such file", "is a directory", "is not a regular file")  # these have no place
+AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
+
+
+def wrong_with_dataset(scan: Any) -> str:
+    """What is wrong with a Dataset that a reader returned; empty where nothing is."""
+    if missing := [n for n in ("brdf", *DIRECTIONS[:3]) if n not in scan.variables]:
+        return f"has no {missing}"
+    brdf = scan["brdf"]
+    if brdf.attrs.get("units") not in (ABSOLUTE, RELATIVE):
+        return "brdf has no unit"
+    if brdf.dtype.kind != "f" or np.isinf(brdf.values).any():
+        return f"brdf is infinite, or {brdf.dtype}"
+    finite = np.isfinite(brdf.values)
+    if not brdf.values[finite].any():
+        return "no value of brdf is there and not zero"
+    for name in (n for n in DIRECTIONS if n in scan.coords):
+        angle = scan[name]
+        if not set(angle.dims) <= set(brdf.dims):
+            return f"{name} is over {angle.dims}, brdf over {brdf.dims}"
+        low, high = (0.0, HORIZON) if name.startswith("theta") else (-np.inf, np.inf)
+        good = np.isfinite(angle.values) & (angle.values >= low) & (angle.values <= high)
+        if not good.all() and not _over(good, angle.dims, brdf)[finite].all():
+            return f"{name} is not finite, or not within {low:g} to {high:g}, where brdf is finite"
+    return _wrong_with_axes(scan) or _wrong_with_rest(scan)
+
+
+def _over(values: Any, dims: tuple, brdf: Any) -> Any:
+    """Values over some dimensions of brdf, spread over all of them."""
+    order = [d for d in brdf.dims if d in dims]
+    turned = np.transpose(values, [dims.index(d) for d in order])
+    return np.broadcast_to(turned.reshape([brdf.sizes[d] if d in dims else 1 for d in brdf.dims]), brdf.shape)
+
+
+def _wrong_with_axes(scan: Any) -> str:
+    for dim in scan["brdf"].dims:
+        if dim in AXES and dim in scan.coords:
+            values = scan[dim].values
+            if not np.isfinite(values).all() or len(np.unique(values)) < len(values):
+                return f"the axis {dim} has gaps or repeats"
+    return ""
+
+
+def _wrong_with_rest(scan: Any) -> str:
+    if "wavelength" in scan.coords:
+        wavelength = scan["wavelength"].values.astype(float)
+        if not (np.isfinite(wavelength) & (wavelength > 0)).all():
+            return "a wavelength is not finite and positive"
+    for name in ("uncertainty", "uncertainty_systematic"):
+        if name in scan and np.isinf(scan[name].values.astype(float)).any():
+            return f"{name} is infinite"
+    return ""
+
+
+def wrong_with_error(error: FormatError, path: Path) -> str:
+    """What is wrong with a refusal; empty where it names the file and a place in one line that can be printed."""
+    text = str(error)
+    if str(path) not in text:
+        return "does not name the file"
+    if not text.isprintable():
+        return "is not one line of printable characters"
+    if len(text) > LONGEST_MESSAGE + len(str(path)):
+        return f"is {len(text)} characters long"
+    if not error.where.startswith(("line ", "byte ")) and not any(words in text for words in ALLOWED):
+        return f"names no place (where is {error.where!r})"
+    return ""
+
+
+class TooLong(BaseException):
+    """The alarm; no `except Exception` of a reader catches it."""
+
+
+def attempt(path: Path, name: str) -> tuple[str, str, bool]:
+    """Read a file: read, refused or failed; why; and whether it was recognised as the format `name`."""
+    reached = False
+    try:
+        found = registry.recognise(path)
+        reached = found.name == name
+        scan = gonio.read(path)
+        wrong = wrong_with_dataset(scan)
+        return ("failed", f"Dataset of {found.name}: {wrong}", reached) if wrong else ("read", "", reached)
+    except FormatError as error:
+        wrong = wrong_with_error(error, path)
+        text = str(error).replace(str(path), "FILE")[:200]
+        return ("failed", f"FormatError {wrong}: {text!r}", reached) if wrong else ("refused", "", reached)
+    except TooLong as error:
+        return "failed", f"takes over {LONGEST:g} s at {_last_lines(error)}", reached
+    except Exception as error:
+        return "failed", f"{type(error).__name__} at {_last_lines(error)}: {str(error)[:160]!r}", reached
+
+
+def _last_lines(error: BaseException) -> str:
+    """The last places in gonio that an error came through."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [f for f in frames if f"{os.sep}gonio{os.sep}" in f.filename] or frames
+    return " < ".join(f"{Path(f.filename).name}:{f.lineno}" for f in reversed(ours[-2:]))

@@ -1,0 +1,115 @@
+"""Valid files of every format to begin from, and the damaged ones that follow from seed and number."""
+
+import functools
+import importlib
+import pkgutil
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import samples
+from gonio.files import FormatError
+from gonio.measured import formats as registry
+from mutations import choice, mutated
+
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+EASY = 20_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A valid file, or a directory of files; the name of a single file's content is empty."""
+
+    name: str
+    files: dict[str, bytes]
+
+    @property
+    def size(self) -> int:
+        return sum(map(len, self.files.values()))
+
+
+def modules() -> dict[str, str]:
+    """The module of every format, by the format's name."""
+    found = {}
+    for module in pkgutil.iter_modules(registry.__path__):
+        contents = vars(importlib.import_module(f"{registry.__name__}.{module.name}"))
+        found |= {f.name: module.name for f in registry.formats().values() if f in contents.values()}
+    return found
+
+
+def _content(path: Path) -> Seed:
+    if path.is_dir():
+        return Seed(
+            path.name, {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file()}
+        )
+    return Seed(path.name, {"": path.read_bytes()})
+
+
+@functools.cache
+def _real_files() -> list[tuple[str, Path]]:
+    """Every file beside the project with the format that it is recognised as."""
+    found = []
+    for path in sorted(p for p in SHARED.rglob("*") if p.is_file()):
+        try:
+            found.append((registry.recognise(path).name, path))
+        except FormatError:
+            continue
+    return found
+
+
+@functools.lru_cache(maxsize=1)  # a format may have 35 MB of them
+def seeds(name: str) -> list[Seed]:
+    """The valid files of a format: its samples, and the real ones beside the project."""
+    module = modules()[name]
+    found = []
+    if any(entry.name == module for entry in pkgutil.iter_modules(samples.__path__)):
+        with tempfile.TemporaryDirectory() as folder:
+            written = importlib.import_module(f"samples.{module}").samples(Path(folder))
+            found = [_content(path) for path in written if registry.recognise(path).name == name]
+    real = [path for kind, path in _real_files() if kind == name]
+    if (
+        registry.formats()[name].rank == registry.LAST
+    ):  # it takes what nobody else does, so it must be called by its name
+        real = [path for path in real if path.suffix == registry.formats()[name].suffix and "scans" in path.parts]
+    found += [_content(path) for path in real]
+    if not found:
+        raise LookupError(
+            f"no file to damage: write tests/samples/{module}.py, whose samples(folder) writes {name} files"
+        )
+    return found
+
+
+def damaged(name: str, seed: int, number: int) -> tuple[Seed, list[str]]:
+    """Input `number` of a format, and what was done to the file that it comes from."""
+    rng = np.random.default_rng((seed, number))
+    known = seeds(name)
+    weights = [1.0 / max(s.size, EASY // 10) for s in known]
+    chosen, other = (known[choice(rng, weights)] for _ in range(2))
+    part = list(chosen.files)[int(len(chosen.files) * rng.random())]
+    strange = next(iter(other.files.values()))
+    data, done = mutated(rng, chosen.files[part], strange)
+    files: dict[str, Any] = {**chosen.files, part: data}
+    if part and rng.random() < 0.05:
+        del files[part]
+        done = [f"without {part}"]
+    return Seed(chosen.name, files), [chosen.name, *done]
+
+
+def put(made: Seed, folder: Path) -> Path:
+    """Write an input; what was there is unlinked first, because a Dataset may still be mapped onto it."""
+    path = folder / made.name
+    if path.is_dir():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+    for name, data in made.files.items():
+        target = path / name if name else path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with target.open("wb") as file:
+            file.write(data)
+    if not made.files:
+        path.mkdir()
+    return path

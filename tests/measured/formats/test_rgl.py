@@ -9,9 +9,12 @@ import xarray as xr
 
 from gonio import convert, read
 from gonio.files import FormatError
+from gonio.measured.adaptive import Warp
+from gonio.measured.adaptive_layout import SIZE
+from gonio.measured.adaptive_scan import X, Y
 from gonio.measured.dataset import flatten, make_scan
 from gonio.measured.formats import recognise
-from gonio.measured.formats.rgl import FORMAT, SIZE, X, Y, evaluate
+from gonio.measured.formats.rgl import FORMAT, evaluate
 from gonio.measured.tensor_file import Fields, write_fields
 from samples import rgl as samples
 
@@ -57,8 +60,6 @@ def brute_force(fields, turn, incidence, row, column):
 def test_nodes_lie_where_the_density_says():
     """The warp of one slice against numerical integration; 4000 steps over 7 cells leave 1e-5 of the square."""
     fields = samples.VARIANTS["turned_rgb"]()
-    from gonio.measured.adaptive import Warp
-
     x, y = Warp(fields["vndf"].reshape(-1, *fields["vndf"].shape[2:])).nodes((5, 5))
     for turn, incidence, row, column in ((0, 0, 1, 1), (1, 2, 3, 2), (4, 3, 2, 4), (3, 1, 0, 3)):
         theta_h, azimuth = brute_force(fields, turn, incidence, row, column)

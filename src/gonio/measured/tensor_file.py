@@ -69,7 +69,7 @@ class Fields:
             raise source.wrong(f"the field {shown} is there twice", at)
         if math.prod(shape) > most:
             raise source.wrong(f"{shown} has {math.prod(shape)} values, more than {most}", source.at)
-        if not math.prod(shape):
+        if not math.prod(shape) and shape != (0,):
             raise source.wrong(f"{shown} holds no value: its shape is {shape}", source.at)
         self.arrays[name] = source.array(TYPES[kind], shape, shown, at=start)
         self.starts[name] = start

@@ -254,6 +254,7 @@ def test_what_cannot_be_written_is_refused(tmp_path):
         "R, G and B together, not G alone": scan.isel(channel=1),
         "no gaps": scan.assign(brdf=scan["brdf"].where(scan["theta_r"] > 20).assign_attrs(units="sr-1")),
         "flatten it": scan.isel(theta_i=slice(2)),
+        "values beyond 3e38": scan.assign(brdf=(1e39 * scan["brdf"]).assign_attrs(units="sr-1")),
     }
     for message, case in cases.items():
         with pytest.raises(ValueError, match=message):
@@ -319,6 +320,13 @@ def test_a_scan_without_channels_is_written_grey(tmp_path):
     stored = Fields(path).arrays["rgb"]
     assert (stored == stored[:, :, :1]).all()
     assert read(path)["brdf"].dims == ("theta_i", Y, X)
+
+
+def test_an_empty_description_stays_empty(tmp_path):
+    path = tmp_path / "a.bsdf"
+    FORMAT.write(samples.laid_out().assign_attrs(provenance=""), path)
+    assert Fields(path).arrays["description"].shape == (0,)
+    assert read(path).attrs["provenance"] == ""
 
 
 def test_a_single_wavelength_is_written_as_one(tmp_path):

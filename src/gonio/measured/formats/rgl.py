@@ -40,8 +40,7 @@ def _read(path: Path) -> xr.Dataset:
         scan = add_history(
             scan, f"{grazing} nodes beyond {GRAZING} deg count as below the horizon: f cos tells no f there"
         )
-    if "description" in fields.arrays:
-        size = fields.get("description", "u1", 1).size
+    if "description" in fields.arrays and (size := fields.get("description", "u1", 1, least=0).size):
         fields.bytes.at = fields.starts["description"]
         scan.attrs["provenance"] = fields.bytes.text(size, "description")
     known = {*DIMENSIONS, "spectra", "rgb", "wavelengths", "description", GREY}
@@ -114,10 +113,12 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     tensors, sets, is_own = with_values(scan)
     if sets not in ((), ("channel",), ("wavelength",)):
         raise ValueError(f"RGL files hold channels or wavelengths, not {' and '.join(sets)}: choose one with --select")
-    stored = np.moveaxis(np.asarray(tensors["spectra"], dtype=np.float32), 0, 2) if sets else tensors["spectra"]
-    if not sets:
-        single = "wavelength" in scan.coords
-        stored = np.repeat(np.asarray(stored, dtype=np.float32)[:, :, None], 1 if single else 3, axis=2)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, and is refused
+        stored = np.asarray(tensors["spectra"]).astype(np.float32)
+    if sets:
+        stored = np.moveaxis(stored, 0, 2)
+    else:
+        stored = np.repeat(stored[:, :, None], 1 if "wavelength" in scan.coords else 3, axis=2)
     if not np.isfinite(stored).all():
         raise ValueError("RGL files hold no gaps and no values beyond 3e38: fill them with --fill, or write tidy-csv")
     if not is_own:
@@ -128,7 +129,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 def _fields(scan: xr.Dataset, tensors: dict[str, Any], stored: Any, sets: tuple[str, ...]) -> dict[str, Any]:
     """The fields of the file in the order of RGL's own."""
-    description = scan.attrs.get("provenance", "").encode() or b"-"
+    description = scan.attrs.get("provenance", "").encode()
     values = {"rgb": stored}
     extra: dict[str, Any] = {}
     if "wavelength" in scan.coords:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import convert, read
+from gonio import convert, read, write
 from gonio.files import FormatError
 from gonio.measured.adaptive import Warp
 from gonio.measured.adaptive_layout import SIZE
@@ -102,6 +102,12 @@ def test_conversion_of_a_real_file_to_its_own_format_is_exact(shared_scans, tmp_
     out = tmp_path / "again.bsdf"
     convert(read(real), out, to="rgl")
     assert out.read_bytes() == real.read_bytes()
+
+
+def test_a_real_file_survives_a_stay_in_netcdf(real, tmp_path):
+    write(read(real), tmp_path / "a.nc")
+    FORMAT.write(read(tmp_path / "a.nc"), tmp_path / "again.bsdf")
+    assert (tmp_path / "again.bsdf").read_bytes() == real.read_bytes()
 
 
 def test_every_variant_is_written_back(synthetic, tmp_path):

@@ -2,7 +2,7 @@
 
 `evaluate` interpolates as the files are meant to be read (adaptive.py); adaptive_layout.py says where a scan of any
 other form is put. What lies below the horizon continues the last value above it, so that interpolation is straight up
-to the horizon.
+to the horizon. In RGL's own files f cos(theta_r) does not vanish at the horizon, so that f grows beyond 87 deg or so.
 """
 
 import math

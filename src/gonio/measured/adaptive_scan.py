@@ -53,9 +53,11 @@ def as_scan(tensors: dict[str, Any], sets: dict[str, Any]) -> xr.Dataset:
         PARAMETERISATION: NAME,
     }
     dims = (*sets, *grid["theta_r"].dims)
-    scan = xr.Dataset({"brdf": (dims, values, {"units": ABSOLUTE})}, coords=grid.coords, attrs=attrs)
-    scan = scan.assign_coords({n: (n, v, {"units": "nm"} if n == "wavelength" else {}) for n, v in sets.items()})
-    return scan.assign(named(tensors, tuple(sets)))
+    told = {n: (n, v, {"units": "nm"} if n == "wavelength" else {}) for n, v in sets.items()}
+    coords = {name: grid.variables[name] for name in grid.coords} | told
+    return xr.Dataset(
+        {"brdf": (dims, values, {"units": ABSOLUTE})} | named(tensors, tuple(sets)), coords=coords, attrs=attrs
+    )
 
 
 def named(tensors: dict[str, Any], sets: tuple[str, ...]) -> dict[str, tuple[tuple[str, ...], Any]]:

@@ -80,7 +80,16 @@ def _numbers(document: Document, units: dict[str, float], *steps: str) -> Array:
         raise document.wrong(what, *steps, "unit")
     _check_numbers(document, values, *steps)
     found = np.array(values, dtype=float)
-    return found * units[unit] if units[unit] != 1.0 else found
+    return found if units[unit] == 1.0 else _product(document, found, units[unit], *steps)
+
+
+def _product(document: Document, values: Array, scale: float | Array, *steps: str) -> Array:
+    """Values in another unit; FormatError where that goes beyond every number."""
+    with np.errstate(over="ignore"):
+        found = values * scale
+    if not np.isfinite(found).all():
+        raise document.wrong(f"a value of {clip(steps[-1])} is too large", *steps, "values", int(np.isinf(found).argmax()))
+    return found
 
 
 def _check_numbers(document: Document, values: list[Any], *steps: str) -> None:
@@ -123,7 +132,7 @@ def _uncertainty(document: Document, brdf: Array) -> tuple[Array | None, list[st
         raise document.wrong(f"an uncertainty is {found[bad]:g}", *place)
     unit = document.object(*steps).get("unit")
     if unit == _PERCENT:
-        return found / 100 * np.abs(brdf), [*lines, "took the uncertainty from percent of the BRDF"]
+        return _product(document, found / 100, np.abs(brdf), *steps), [*lines, "took the uncertainty from percent of the BRDF"]
     if unit not in _BRDF:
         raise document.wrong(f"the uncertainty has the unit {clip(str(unit))!r}", *steps, "unit")
     return found, lines

@@ -121,8 +121,8 @@ def _wavelength(element: Element, name: str) -> str | float:
     if scale is None:
         return _CHANNELS.get(name.upper(), name)
     value = number(element.path, element.line, name, "a wavelength")
-    if value <= 0:
-        raise element.wrong(f"a wavelength is {name}")
+    if not 0 < value < 1e100:
+        raise element.wrong(f"a wavelength is {clip(name)}")
     return value * scale
 
 

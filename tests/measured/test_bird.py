@@ -1,4 +1,4 @@
-"""The BiRD universal format: the published example, the published schema, and every way in which a file can be wrong."""
+"""The BiRD universal format: the published example and schema, and every way in which a file can be wrong."""
 
 import json
 import re
@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 from jsonschema import Draft202012Validator, FormatChecker
 from referencing import Registry, Resource
-from samples.bird import plain, samples, shortest
 
 from gonio import read, write
 from gonio.files import FormatError
 from gonio.measured.dataset import make_scan
+from samples.bird import plain, samples, shortest
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "files" / "bird"
 NO_JSON = "sample_holder_json_schema_v1.0.json"  # as published it has commas too many; it asks for nothing
@@ -197,7 +197,11 @@ BAD = {
     "notation": (changed("polarization_i", "notation", "jones"), '"s"', "notation 'jones'"),
     "uncertain": (changed("uBRDF", "values", 3, -2), "-2", "an uncertainty is -2"),
     "adhoc": (changed("adhoc_variables", "temperature", "values", [1]), "[\n     1\n", "temperature has 1 values"),
-    "taken": (changed("adhoc_variables", "brdf", {"unit": "1", "values": [1, 2, 3, 4]}), '{\n    "unit": "1"', "rename"),
+    "taken": (
+        changed("adhoc_variables", "brdf", {"unit": "1", "values": [1, 2, 3, 4]}),
+        '{\n    "unit": "1"',
+        "rename",
+    ),
     "zero": (changed("BRDF", "values", [0, 0, 0, 0]), "[\n    0,\n    0,\n    0", "every brdf value is zero"),
     "overflow": (changed("wavelength_i", "values", 0, 1e308), "1e+308", "too large"),
     "infinite": (changed("BRDF", "values", 0, 1e308).replace("1e+308", "1e999"), "1e999", "BRDF is inf"),
@@ -208,7 +212,7 @@ BAD = {
     "deep": (changed("BRDF", "values", 0, 77).replace("77", "[" * 1_000_000), None, "more than 64 deep"),
     "deep-objects": ('{"metadata": {}, "theta_i": ' + '{"a":' * 1_000_000, "{", "more than 64 deep"),
     "huge-number": (changed("BRDF", "values", 0, 77).replace("77", "9" * 100_000), None, "BRDF is inf"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD)

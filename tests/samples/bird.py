@@ -9,7 +9,11 @@ METADATA = {
     "type": "BRDF",
     "description": "a sample, ünpolished",
     "method": "measurement",
-    "sample": {"name": "S1", "properties_symmetry": "anisotropic", "dimensions": {"length": {"value": 50, "unit": "mm"}}},
+    "sample": {
+        "name": "S1",
+        "properties_symmetry": "anisotropic",
+        "dimensions": {"length": {"value": 50, "unit": "mm"}},
+    },
 }
 
 

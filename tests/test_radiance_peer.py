@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from crosscheck.radiance_files import FILES
 
+from crosscheck.radiance_files import FILES
 from gonio import read
 from gonio.measured.formats.radiance import evaluate
 

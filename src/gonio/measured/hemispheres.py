@@ -4,6 +4,7 @@ Rows of numbers, azimuths all round, the light that a table holds together, and 
 back. A Dataset is dense where every table has the same directions, and a flat scan where they differ.
 """
 
+import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -83,17 +84,25 @@ def integral(theta: Values, azimuths: Values, values: Values, cosine: bool = Tru
     Values are linear in both angles [deg] between the nodes and azimuths go round; what lies beyond the first and last
     theta is left out. A constant c over theta from 0 to 90 gives pi c with the cosine, 2 pi c without.
     """
-    t = np.radians(theta)
+    weights, widths = _weights(np.asarray(theta, dtype=float).tobytes(), np.asarray(azimuths, float).tobytes(), cosine)
+    return float(weights @ values @ widths)
+
+
+@functools.lru_cache(maxsize=32)
+def _weights(theta: bytes, azimuths: bytes, cosine: bool) -> tuple[Values, Values]:
+    """What each node of theta and each azimuth [deg, as float64] stands for: tables of a file mostly share them."""
+    t = np.radians(np.frombuffer(theta))
     once, twice = (-np.cos(2 * t) / 4, -np.sin(2 * t) / 8) if cosine else (-np.cos(t), -np.sin(t))
     slope = np.diff(twice) / np.diff(t)  # the weight of a node is the integral of its hat function times sin (cos)
     weights = np.zeros(len(t))
     weights[:-1] += slope - once[:-1]
     weights[1:] += once[1:] - slope
-    order = np.argsort(azimuths % 360.0, kind="stable")
-    p = np.radians(azimuths % 360.0)[order]
-    steps = np.diff(p, append=p[0] + 2 * np.pi)
-    widths = (steps + np.roll(steps, 1)) / 2
-    return float(weights @ values[:, order] @ widths)
+    p = np.radians(np.frombuffer(azimuths) % 360.0)
+    order = np.argsort(p, kind="stable")
+    steps = np.diff(p[order], append=p[order[0]] + 2 * np.pi)
+    widths = np.empty(len(p))
+    widths[order] = (steps + np.roll(steps, 1)) / 2
+    return weights, widths
 
 
 def in_words(numbers: Iterable[float]) -> str:
@@ -120,7 +129,7 @@ def dataset(
         scan = _flat(tables, unit)
         history = [*history, "tables differ in their directions: kept as a flat scan"]
     scan = scan.assign_attrs({"history": "", "provenance": provenance} | dict(attrs))
-    if not np.any(np.nan_to_num(scan["brdf"].values)):
+    if not scan["brdf"].values.any():
         history = [*history, "every value is zero"]
     for line in history:
         scan = add_history(scan, line)

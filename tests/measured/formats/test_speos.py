@@ -285,6 +285,12 @@ def test_layout_keeps_phi_i_where_the_format_does():
     assert SPECTRAL.layout(flatten(scan))["theta_i"].values.tolist() == [5, 60]
 
 
+def test_layout_goes_all_round():
+    half = made().sel(phi=slice(0, 180))
+    assert ANISOTROPIC.layout(half)["phi"].values.tolist() == list(range(0, 360, 30))
+    assert ANISOTROPIC.layout(made())["phi"].values.tolist() == list(range(0, 360, 30))
+
+
 def test_writing_refuses_what_speos_does_not_take(tmp_path):
     scan = made()
     waves = xr.concat([scan, made() * 2 + 0.1], "wavelength").assign_coords(wavelength=[450.0, 550.0])

@@ -357,6 +357,18 @@ def test_more_after_the_last_table(tmp_path):
         ANISOTROPIC.read(path)
 
 
+def test_blank_lines_are_skipped_up_to_a_limit(tmp_path):
+    path = tmp_path / "file"
+    for count in (9_000, 11_000):
+        path.write_text(PLAIN.replace("45 2 3", "\n" * count + "45 2 3", 1), encoding="utf-8")
+        if count < 10_000:
+            assert ANISOTROPIC.read(path)["mode"].values.tolist() == ["reflection", "transmission"]
+            continue
+        with pytest.raises(FormatError, match="10000 blank lines") as refusal:
+            ANISOTROPIC.read(path)
+        assert refusal.value.where == f"line {29 + 10_000}"
+
+
 def test_too_many_values(tmp_path):
     """A spectrum of thousands of wavelengths times a table of thousands of directions, from a small file."""
     azimuths = " ".join(f"{k * 0.1:g}" for k in range(3600))

@@ -157,6 +157,8 @@ def main() -> int:
         path = saved(names[0], chosen.seed, chosen.only)
         print(path, *attempt(path, names[0]))
         return 0
+    lacking = [name for name in names if not _has_seeds(name)]
+    names = [name for name in names if name not in lacking]
     tallies = _with_progress(names, chosen)
     kept = RECORD if chosen.out == PAGE else chosen.out.with_suffix(".json")
     record = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
@@ -167,7 +169,15 @@ def main() -> int:
     for name, tally in tallies.items():
         if tally.failures:
             print(report(name, chosen.seed, tally.failures))
-    return int(any(tally.failures for tally in tallies.values()))
+    return int(bool(lacking) or any(tally.failures for tally in tallies.values()))
+
+
+def _has_seeds(name: str) -> bool:
+    try:
+        return bool(seeds(name))
+    except LookupError as error:
+        print(error)
+        return False
 
 
 def _with_progress(names: list[str], chosen: argparse.Namespace) -> dict[str, Tally]:

@@ -32,16 +32,8 @@ def usable(path: Path, positive: bool) -> xr.Dataset:
 
 
 def anoblack_ec1() -> xr.Dataset:
-    """AnoBlack EC1 on aluminium over all azimuths: FRED's table of theta_r, azimuth from the mirror plane and BRDF."""
-    rows, theta_i = [], np.nan
-    for line in (DATA / "files" / "fred" / "AnoBlackEC1onAlum.txt").read_text(encoding="utf-8").splitlines()[2:]:
-        numbers = [float(word) for word in line.split()]
-        if len(numbers) == 2:
-            theta_i = numbers[0]
-        else:
-            rows.append([theta_i, *numbers])
-    theta_i_deg, theta_r, azimuth, brdf = np.array(rows).T
-    return _as_peers_take_it(make_scan(theta_i_deg, theta_r, brdf, phi=180 - azimuth))
+    """AnoBlack EC1 on aluminium over all azimuths, as FRED tabulates it."""
+    return _as_peers_take_it(read(DATA / "files" / "fred" / "AnoBlackEC1onAlum.txt"))
 
 
 def merl_aluminium() -> xr.Dataset:

@@ -91,7 +91,10 @@ def metrics_by_incidence(points: xr.Dataset, modelled: Values) -> dict[float, di
 
     A grid of other coordinates than theta_i has as many as directions, and no angle of it means anything alone.
     """
-    angles, place = distinct(points["theta_i"].values)
+    theta_i = points["theta_i"].values
+    if len(distinct(theta_i[: 100 * MOST_INCIDENCES])[0]) > MOST_INCIDENCES:  # the first of millions tell
+        return {}
+    angles, place = distinct(theta_i)
     if len(angles) > MOST_INCIDENCES:
         return {}
     rows = {float(angle): np.flatnonzero(place == k) for k, angle in enumerate(angles)}

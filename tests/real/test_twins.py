@@ -5,14 +5,17 @@ that were measured. The Zemax tables are interpolated from these to a grid about
 specular nodes, which take the largest signal of the incidence angle.
 """
 
+import functools
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.spatial import Delaunay
 
 from gonio import read
 from gonio.measured.dataset import HORIZON, flatten, signed_theta_r
+from gonio.measured.formats.zemax import FORMAT
 from gonio.measured.reduction import reduce
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -26,6 +29,7 @@ RUNS = {"AnoBlackEC1onAlum": EC1, "AnoBlackNiTEonSteel": NITE}
 Place = tuple[float, float, float]
 
 
+@functools.cache
 def raw(name: str) -> xr.Dataset:
     return read(DATA / "files" / "rt300s" / name)
 
@@ -81,11 +85,7 @@ def test_the_zemax_table_agrees_with_the_measured_geometries_as_far_as_its_inter
     """
     name, reduced = run
     table, ours = flatten(read(DATA / "files" / "zemax" / f"{name}.bsdf")), by_place(reduced)
-    kept = (
-        table.isel(direction=np.flatnonzero((table["theta_s"].values > 0) & (table["brdf"].values > 0)))
-        if ("theta_s" in table.variables)
-        else table.isel(direction=np.flatnonzero(table["brdf"].values > 0))
-    )
+    kept = table.isel(direction=np.flatnonzero(table["brdf"].values > 0))
     columns = (kept[n].values.tolist() for n in ("theta_i", "theta_r", "phi", "brdf"))
     common = [(p, f) for *p, f in zip(*columns, strict=True) if _place(*p) in ours and abs(p[0] - p[1]) > 1e-6]
     off = np.array([f / ours[_place(*p)] - 1 for p, f in common])
@@ -105,6 +105,38 @@ def test_zeros_above_the_horizon_are_the_files_own(run):
     zero = (table["brdf"].values == 0) & (table["theta_r"].values <= HORIZON)
     assert zero.sum() == 67
     assert table["theta_r"].values[zero].min() > 80 - 1e-9
+
+
+def test_the_tis_of_these_files_is_over_half_the_azimuths_and_without_the_cosine(run):
+    """So it is kept as the file states it and not compared with a hemispherical reflectance.
+
+    Half of the sum of f sin(theta_s) over the cells of the table, as its script forms it; six decimals are printed, and
+    the script takes the beam itself out, some 1e-4 of it.
+    """
+    table = read(DATA / "files" / "zemax" / f"{run[0]}.bsdf")
+    theta, phi = np.radians(table["theta_s"].values), np.radians(table["phi_s"].values)
+    f = np.nan_to_num(table["brdf"].values)
+    cells = (f[:, :-1, :-1] + f[:, 1:, :-1] + f[:, :-1, 1:] + f[:, 1:, 1:]) / 4
+    sine = (np.sin(theta[1:]) + np.sin(theta[:-1])) / 2
+    sums = (cells * (sine * np.diff(theta)) * np.diff(phi)[:, None]).sum(axis=(1, 2))
+    np.testing.assert_allclose(table["tis"].values, sums, rtol=3e-4)
+
+
+def test_the_tis_that_is_written_is_the_integral_of_the_fred_table(run, tmp_path):
+    """To 8 % up to 30 deg: the Zemax grid has steps of 10 deg, and zeros beyond 80 deg."""
+    name, reduced = run
+    assert FORMAT.write is not None
+    FORMAT.write(read(DATA / "files" / "zemax" / f"{name}.bsdf").drop_vars("tis"), tmp_path / "x.bsdf")
+    written = FORMAT.read(tmp_path / "x.bsdf")["tis"].values
+    for k, theta_i in enumerate((10, 30)):
+        one = reduced.isel(direction=np.flatnonzero(reduced["theta_i"].values == theta_i))
+        # f cos(theta) dOmega is f dx dy in the plane of direction cosines: triangles between the measured points
+        theta, phi = np.radians(one["theta_r"].values), np.radians(one["phi"].values)
+        points = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)])
+        corners = Delaunay(points).simplices
+        (ax, ay), (bx, by) = (points[corners[:, j]].T - points[corners[:, 0]].T for j in (1, 2))
+        half = (np.abs(ax * by - ay * bx) / 2 * one["brdf"].values[corners].mean(axis=1)).sum()
+        assert written[k] == pytest.approx(2 * half, rel=0.08)
 
 
 def test_the_published_scan_of_three_repeats_is_the_workbooks_less_their_blank(shared_scans):

@@ -17,6 +17,6 @@ TEXTS = {
 def samples(folder: Path) -> list[Path]:
     paths = []
     for name, text in TEXTS.items():
-        paths.append(folder / f"{name}.txt")
+        paths.append(folder / f"{name}.dat")
         paths[-1].write_bytes(text.encode())
     return paths

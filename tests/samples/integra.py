@@ -35,6 +35,8 @@ VARIANTS = {
     + _table("bw", _LOBES, ""),
     "refracted.ddt": "TypeSym PlaneSymmetrical\nTypeColorModel BW\nTypeData Luminance Absolute\nsigma 2\n 0 60\n"
     "sigmat\n 0 35.2\nphi 3\n 0 90 180\ntheta 3\n 0 30 60\n" + _table("bw", _LOBES),
+    "marked.ddt": ";; transmission: no keyword says so\nTypeSym PlaneSymmetrical\nTypeColorModel BW\n"
+    "TypeData Luminance Absolute\n" + _AXES + _table("bw", _LOBES),
 }
 
 

@@ -11,6 +11,8 @@ VARIANTS = {
     "spectral.sdt": "TypeColorModel spectral 2\nsigma 2\n 0 60\nwl 500\n def\n 0.9 0.7\n enddef\n"
     "wl 600\n def\n 0.8 0.6\n"
     " enddef\n",
+    "marked.sdt": ";; transmission: no keyword says so\nSource Measured\nTypeColorModel BW\nsigma 2\n 0 60\n"
+    "bw\n def\n 0.9 0.7\n enddef\n",
 }
 
 

@@ -301,7 +301,8 @@ def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", certainty: "C
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     terminal.print(f"[bold]{attrs['model']}[/bold] fitted to {which}, {attrs['points']} points")
     terminal.print(f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}")
-    for line in (*provisos.instrument_lines([row.solution]), *provisos.loss_lines(row.solution)):
+    told = (provisos.sample_lines(row.solution), provisos.instrument_lines([row.solution]))
+    for line in (*told[0], *told[1], *provisos.loss_lines(row.solution)):
         terminal.print(line)
     for line in fitted_values.smooth_lines(row):
         terminal.print(line)

@@ -44,7 +44,7 @@ def describe(path: Path) -> dict[str, Any]:
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
         "checks": [
-            {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(flat)
+            {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
         ],
         "half_widths": _half_widths(flat) if flat.sizes["direction"] <= MOST_POINTS else [],
     }
@@ -68,7 +68,12 @@ def _symmetry(scan: xr.Dataset, in_plane: bool) -> str:
 
 
 def _distinct(scan: xr.Dataset, name: str) -> list[Any]:
-    return np.unique(scan[name].values).tolist() if name in scan.coords else []
+    return np.unique(_rounded(scan[name].values)).tolist() if name in scan.coords else []
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Angles that a change of coordinates moved by rounding are one."""
+    return values.round(9) + 0.0 if values.dtype.kind == "f" else values
 
 
 def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
@@ -77,7 +82,7 @@ def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _range(values: np.ndarray) -> list[float]:
-    return [float(values.min()), float(values.max())]
+    return [round(float(values.min()), 9) + 0.0, round(float(values.max()), 9) + 0.0]
 
 
 def tables(record: dict[str, Any]) -> Iterator[Any]:

@@ -234,6 +234,7 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
         "status": attrs["status"],
         "seconds": attrs["seconds"],
         "points": attrs["points"],
+        "points_searched": attrs.get("points_searched", attrs["points"]),
         "weighting": attrs["weighting"],
         "noise_floor": attrs.get("noise_floor", 0.0),
         "loss": provisos.loss_record(row.solution),

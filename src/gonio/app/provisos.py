@@ -18,6 +18,13 @@ def instrument_record(solution: "Solution") -> dict[str, float]:
     return asdict(solution.instrument) | {"error": float(solution.dataset.attrs.get("instrument_error", 0.0))}
 
 
+def sample_lines(solution: "Solution") -> Iterator[str]:
+    """That starts were searched on some of the points; nothing where that was on all."""
+    searched, points = (int(solution.dataset.attrs.get(name, 0)) for name in ("points_searched", "points"))
+    if 0 < searched < points:
+        yield f"starts were searched on {searched} of {points} points, the minimum on all"
+
+
 COARSE = 0.1  # of what a fit leaves over: a change of the rule for the cones that shows
 
 
@@ -59,18 +66,22 @@ def loss_lines(solution: "Solution") -> Iterator[str]:
 
 
 ANGLES = ("theta_i", "theta_r", "phi")
+MOST_LISTED = 1000  # points; where a model misses a file of millions, a list of all says no more
 
 
 def outlier_record(scrutiny: "Scrutiny") -> dict[str, Any]:
-    """Every point beyond the threshold, and whether the model is to blame, as plain data."""
+    """The points beyond the threshold, the farthest MOST_LISTED of a region, and whether the model is to blame."""
     listed = []
     for region, rows in scrutiny.regions.items():
-        for row in rows:
-            point = scrutiny.points.isel(direction=int(row))
-            one: dict[str, Any] = {name: float(point[name]) for name in (*ANGLES, "brdf")}
-            line = int(point["line"]) if "line" in point.variables else None
-            listed.append(one | {"region": region, "studentised": float(scrutiny.studentised[row]), "line": line})
+        some = scrutiny.points.isel(direction=rows[:MOST_LISTED])
+        lines = some["line"].values.astype(int).tolist() if "line" in some.variables else [None] * len(rows)
+        columns = {name: some[name].values.astype(float).tolist() for name in (*ANGLES, "brdf")}
+        columns |= {"studentised": scrutiny.studentised[rows[:MOST_LISTED]].tolist(), "line": lines[:MOST_LISTED]}
+        listed += [
+            dict(zip(columns, row, strict=True)) | {"region": region} for row in zip(*columns.values(), strict=True)
+        ]
     return {
+        "beyond": int(scrutiny.beyond.sum()),
         "threshold": scrutiny.threshold,
         "sign_agreement": scrutiny.agreement,
         "systematic": scrutiny.systematic,

@@ -33,6 +33,7 @@ SIZE = 2**14  # directions of a block
 STEP = 2.0**-10  # of a parameter's size: differences of fourth order are then good to some 1e-11
 SMALLEST = 1e-3  # size of a parameter that is zero
 
+
 class Sheet(NamedTuple):
     """The points of one set (a channel, say) in one block: which directions of the block, and which points they are."""
 
@@ -64,7 +65,7 @@ class Terms(NamedTuple):
 class Linear(NamedTuple):
     """The residual of a sheet (m,) and its derivatives (columns, m) by the values at `places` of the vector.
 
-    modelled: the BRDF there (m,). pull: derivative of half the squared residual by it. weights: of every term in the set.
+    modelled: the BRDF there (m,). pull: derivative of half the squared residual by it. weights: of every term.
     """
 
     terms: Terms

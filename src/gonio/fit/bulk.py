@@ -41,13 +41,14 @@ def search(problem: Problem, points: Bulk, on_sample: Callable[[Problem], Optimu
     return Optimum(best.point, cost, best.exhausted, evaluations, history, searched=len(few.measured))
 
 
-def sample(problem: Problem, size: int = SAMPLE) -> Problem:
+def sample(problem: Problem) -> Problem:
     """The problem of some of its points, weighted so that sums over them are those over all on average.
 
     A point is drawn as often as a third of the draws alike over all points, a third over sets, and a third by what it
     adds to the denominator of E have it, so that neither a small set nor a narrow peak is missed. There is one draw in
-    each of `size` stretches of the file.
+    each of SAMPLE stretches of the file.
     """
+    size = SAMPLE
     group, told = problem.sets[1], problem.root_weights**2
     if not problem.logarithmic:
         told = told * problem.measured**2

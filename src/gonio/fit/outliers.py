@@ -22,7 +22,7 @@ from gonio.fit.loss import LOSSES
 from gonio.fit.problem import Problem
 from gonio.fit.reweighting import scatter
 from gonio.measured import dataset
-from gonio.measured.distinct import distinct_rows
+from gonio.measured.distinct import combined, distinct_in_groups
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -221,8 +221,9 @@ def _spread(left: Values, free: int) -> float:
 def _agreement(points: xr.Dataset, studentised: Values) -> tuple[float, float]:
     """Correlation of the signs of neighbours along the curves of a scan, and that in standard deviations of chance."""
     azimuth = points["phi"].values % 360
-    keys = [points["theta_i"].values, azimuth % 180, *(points[s].values for s in dataset.sets(points))]
-    curve = distinct_rows(keys)[1]
+    sets = [points[name].values for name in dataset.sets(points)]
+    group = combined(sets) if sets else np.zeros(len(azimuth), dtype=np.intp)
+    curve = distinct_in_groups([points["theta_i"].values, azimuth % 180], group)
     some = np.flatnonzero(np.bincount(curve)[curve] > 1)  # a grid of other coordinates has few neighbours
     signed = np.where(azimuth[some] >= 180, 1.0, -1.0) * points["theta_r"].values[some]
     order = some[np.lexsort((signed, curve[some]))]

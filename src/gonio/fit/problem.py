@@ -18,7 +18,7 @@ from gonio.fit.solution import label
 from gonio.fit.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.measured.distinct import distinct, first_of
+from gonio.measured.distinct import combined, distinct, first_of
 from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.model import Model
 from gonio.units import UNITS, weight_unit
@@ -228,9 +228,7 @@ class Problem:
         if by in self._grouped:
             return self._grouped[by]
         columns = [labelled(self.points[c].values) for c in by]
-        group = columns[0][1]
-        for names, code in columns[1:]:
-            group = distinct(group * len(names) + code)[1]  # as rows of codes would be ordered
+        group = combined([code for _, code in columns])
         rows = first_of(group)
         labels = tuple(",".join(names[code[row]] for names, code in columns) for row in rows)
         return self._grouped.setdefault(by, (labels, group))

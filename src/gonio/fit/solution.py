@@ -15,7 +15,7 @@ from scipy.special import ndtri, stdtrit
 
 from gonio.files import replacing
 from gonio.fit.smooth import Smooth
-from gonio.measured.distinct import distinct, distinct_rows
+from gonio.measured.distinct import combined, first_of
 from gonio.measured.instrument import Instrument
 
 Values = npt.NDArray[np.float64]
@@ -35,8 +35,8 @@ class Status(StrEnum):
 class Optimum:
     """What a solver hands back: the vector of weights and shape, E there, and the course of the search.
 
-    `history` holds the best E after each step, (steps,) or (steps, chains). `searched` is on how many points starts were
-    searched, 0 for all. `rivals` are vectors of other minima that were met and are not much higher.
+    `history` holds the best E after each step, (steps,) or (steps, chains). `searched` is on how many points starts
+    were searched, 0 for all. `rivals` are the vectors of other minima that were met.
     """
 
     vector: Values
@@ -58,7 +58,8 @@ class Solution:
     `systematic_shift` is the same with its sign, because all values shift together. Coordinates: `name`, `by`, `group`,
     `unit` of each value.
     Attributes: model, solver, status, cost (E, eq 11, of the data alone), seconds, evaluations, weighting, noise_floor,
-    points, points_searched (on which starts were searched: all, or a sample of very many), effective_values (the number of free values, or what smoothing leaves of it), smooth, unit (of the data),
+    points, points_searched (on which starts were searched: all, or a sample of very many), effective_values (the
+    number of free values, or what smoothing leaves of it), smooth, unit (of the data),
     covariance (its kind), and the fields of the Instrument after `instrument_`; `instrument_error` is what a finer rule
     for its cones would change, over what the fit leaves over.
     """
@@ -208,9 +209,9 @@ class Solution:
 
 def group_labels(points: xr.Dataset, by: list[str]) -> tuple[list[str], npt.NDArray[np.intp]]:
     """The labels of groups, coordinates with numbers in their shortest form joined by commas, and each direction's."""
-    columns = [distinct(points[c].values) for c in by]
-    first, place = distinct_rows([codes for _, codes in columns])
-    rows = zip(*(values[codes[first]] for values, codes in columns), strict=True)
+    columns = [points[c].values for c in by]
+    place = combined(columns)
+    rows = zip(*(column[first_of(place)] for column in columns), strict=True)
     return [",".join(label(value) for value in row) for row in rows], place
 
 

@@ -6,8 +6,8 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
-from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, RELATIVE, SETS, flatten, in_use
-from gonio.measured.distinct import distinct_rows, repeats
+from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS, flatten, in_use
+from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.units import label
 
 
@@ -39,7 +39,7 @@ def check(scan: xr.Dataset) -> list[Finding]:
         what = f"no {', '.join(missing)} in the Dataset"
         return [Finding(Severity.ERROR, what, "a scan needs brdf and the coordinates theta_i, theta_r and phi")]
     flat = flatten(scan)
-    found = [*_units(flat), *_angles(flat), *_values(flat), *_duplicates(flat), *_coverage(flat)]
+    found = [*_units(flat), *_angles(flat), *_values(flat), *_duplicates(flat, flat is not scan), *_coverage(flat)]
     order = list(Severity)
     return sorted(found, key=lambda finding: order.index(finding.severity))
 
@@ -61,7 +61,7 @@ def _angles(scan: xr.Dataset) -> list[Finding]:
     found = []
     for name in ("theta_i", "theta_r"):
         values = scan[name].values
-        outside = ~((values >= 0) & (values <= 90))
+        outside = ~((values >= 0) & (values <= HORIZON))
         if outside.any():
             what = f"{name} outside the hemisphere, 0 to 90 deg, at {_count(outside)}"
             found.append(Finding(Severity.ERROR, what, "mend or delete these rows", _lines(scan, outside)))
@@ -112,16 +112,16 @@ def _values(scan: xr.Dataset) -> list[Finding]:
     return found
 
 
-def _duplicates(scan: xr.Dataset) -> list[Finding]:
+def _duplicates(scan: xr.Dataset, is_grid: bool) -> list[Finding]:
     columns, sets = ([scan[n].values for n in names if n in scan.coords] for names in (DIRECTIONS, SETS))
-    group = distinct_rows(sets)[1] if sets else np.zeros(scan.sizes["direction"], dtype=np.intp)
-    size = repeats(columns, group)  # of one set, if all have the same directions
-    place = distinct_rows([column[: size or None] for column in (*columns, *([] if size else [group]))])[1]
+    group = combined(sets) if sets else np.zeros(scan.sizes["direction"], dtype=np.intp)
+    place = distinct_in_groups(columns, group)
     repeated = np.bincount(place)[place] > 1
-    if size:
-        repeated = np.tile(repeated, len(group) // size)
     if not repeated.any():
         return []
+    if is_grid:
+        what = f"{_count(repeated)} stand at nodes of the grid that are one direction"
+        return [Finding(Severity.NOTE, what, "they count once each in a fit", _lines(scan, repeated))]
     what = f"{_count(repeated)} share their geometry with another"
     remedy = "repeats count once each in a fit; average them or delete what is stale"
     return [Finding(Severity.WARNING, what, remedy, _lines(scan, repeated))]

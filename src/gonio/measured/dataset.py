@@ -116,7 +116,8 @@ def in_use(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
 def points(scan: xr.Dataset) -> xr.Dataset:
     """The flat scan without its masked and missing values."""
     flat = flatten(scan)
-    return flat.isel(direction=np.flatnonzero(in_use(flat)))
+    used = in_use(flat)
+    return flat.isel(direction=slice(None) if used.all() else np.flatnonzero(used))
 
 
 def geometry(scan: xr.Dataset) -> Geometry:

@@ -38,11 +38,30 @@ def distinct_rows(columns: Sequence[npt.NDArray[Any]]) -> tuple[Places, Places]:
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.cumsum(begins) - 1
     first = first_of(place)
-    if all(np.array_equal(c[first][place], c, equal_nan=c.dtype.kind == "f") for c in plain):
+    if all(_alike(column[order])[~begins[1:]].all() for column in plain):
         return first, place
-    whole = np.column_stack([distinct(column)[1] for column in plain])  # two rows of one number: once in a million scans
+    whole = np.column_stack(
+        [distinct(column)[1] for column in plain]
+    )  # two rows of one number: once in a million scans
     _, first, place = np.unique(whole, axis=0, return_index=True, return_inverse=True)
     return first, place.ravel()
+
+
+def combined(columns: Sequence[npt.NDArray[Any]]) -> Places:
+    """Each row's place among the distinct rows of some columns, in the order of these; quick for runs of equal rows."""
+    place = np.zeros(len(columns[0]), dtype=np.intp)
+    for column in columns:
+        found, code = distinct(column)
+        place = distinct(place * len(found) + code)[1]
+    return place
+
+
+def distinct_in_groups(columns: Sequence[npt.NDArray[Any]], group: Places) -> Places:
+    """Each row's place among the distinct rows of some columns and the groups 0, 1, .. together."""
+    if not (size := repeats(columns, group)):
+        return distinct_rows([*columns, group])[1]
+    place = distinct_rows([column[:size] for column in columns])[1]
+    return group * (int(place.max()) + 1) + np.tile(place, len(group) // size)
 
 
 def repeats(columns: Sequence[npt.NDArray[Any]], group: Places) -> int:
@@ -58,6 +77,12 @@ def repeats(columns: Sequence[npt.NDArray[Any]], group: Places) -> int:
     alike = len(np.unique(each[:, 0])) == len(each) and (each == each[:, :1]).all()
     alike = alike and all((c.reshape(-1, size)[1:] == c[:size]).all() for c in columns)
     return size if alike else 0
+
+
+def _alike(values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Whether each value equals the one before it."""
+    alike: npt.NDArray[np.bool_] = values[1:] == values[:-1]
+    return alike | ((values[1:] != values[1:]) & (values[:-1] != values[:-1]))
 
 
 def _mixed(bits: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:

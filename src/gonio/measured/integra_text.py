@@ -20,6 +20,7 @@ Values = npt.NDArray[np.float64]
 
 COMMENT = ";;"
 TRANSMITTED = "transmission: no keyword says so"  # comment in the files that gonio writes of light that went through
+LONGEST_LINE = 1_000_000  # bytes; some programs write a lobe, or all factors, on one line
 SYMMETRIES = ("AxiSymmetrical", "DirSymmetrical", "PlaneSymmetrical", "ASymmetrical")
 RANGES = {"psi": 360.0, "sigma": 90.0, "sigmat": 90.0, "phi": 360.0, "theta": 180.0}  # deg, from 0
 CHANNELS = {"bw": "", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B"}
@@ -75,7 +76,7 @@ def keywords(head: bytes) -> Keywords:
 
 
 def open_words(path: Path) -> Words:
-    return Words(path, lines(path), comment=COMMENT)
+    return Words(path, lines(path, longest=LONGEST_LINE), comment=COMMENT)
 
 
 def read_header(words: Words) -> Header:

@@ -11,6 +11,7 @@ from gonio.files import FormatError
 from gonio.measured.text import MOST_VALUES, number
 
 AT_ONCE = 50_000  # words that wait as text: their memory is many times that of the numbers
+MOST_LISTED = 10  # names in a message
 
 
 class Rows:
@@ -29,8 +30,8 @@ class Rows:
     def add(self, line: int, words: list[str]) -> None:
         """The words of one line."""
         if len(words) != self._wide:
-            what = f"has {len(words)} numbers, not {self._wide}: {', '.join(self.names)}"
-            raise FormatError(self.path, what, f"line {line}")
+            listed = f": {', '.join(self.names)}" if self._wide <= MOST_LISTED else ""
+            raise FormatError(self.path, f"has {len(words)} numbers, not {self._wide}{listed}", f"line {line}")
         self._lines.append(line)
         self._words += words
         if len(self._words) >= AT_ONCE:

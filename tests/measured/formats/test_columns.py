@@ -22,7 +22,7 @@ def files(shared_scans):
 
 
 def written(tmp_path, text):
-    path = tmp_path / "scan.txt"
+    path = tmp_path / "scan.dat"
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return path
 
@@ -95,8 +95,8 @@ def test_directions_are_the_vectors_of_the_row(tmp_path):
 @pytest.mark.parametrize("path", ["in_plane", "all_round", "turned"])
 def test_a_file_written_again_is_read_as_before(tmp_path, path):
     scan = read(next(p for p in samples(tmp_path) if p.stem == path))
-    again = tmp_path / "again.txt"
-    write(scan, again, to="columns")
+    again = tmp_path / "again.dat"
+    write(scan, again)
     found = read(again)
     xr.testing.assert_equal(found.drop_vars("line"), scan.drop_vars("line"))
     assert found.attrs["provenance"].startswith(scan.attrs["provenance"])
@@ -106,8 +106,8 @@ def test_a_file_written_again_is_read_as_before(tmp_path, path):
 def test_in_plane_scans_come_back_exactly_also_at_the_normal(tmp_path):
     scan = make_scan([10, 10, 10, 10], [0, 0, 5.5, 5.5], [0.1, np.nan, 1 / 3, 2e-7], [0, 180, 0, 180])
     scan = scan.assign_coords(wavelength=("direction", np.full(4, 632.8), {"units": "nm"}))
-    path = tmp_path / "scan.txt"
-    write(scan, path, to="columns")
+    path = tmp_path / "scan.dat"
+    write(scan, path)
     found = read(path)
     xr.testing.assert_equal(found.drop_vars("line"), scan)
     assert "# wavelength = 632.8 nm\n" in path.read_text()
@@ -116,8 +116,8 @@ def test_in_plane_scans_come_back_exactly_also_at_the_normal(tmp_path):
 def test_lumos_reads_what_is_written(tmp_path):
     """lumos.brdf.tools.read_brdf is numpy's loadtxt without the first line."""
     scan = make_scan([10, 30], [-5, 45], [0.25, 0.5])
-    path = tmp_path / "scan.txt"
-    write(scan, path, to="columns")
+    path = tmp_path / "scan.dat"
+    write(scan, path)
     table = np.loadtxt(path, skiprows=1)
     np.testing.assert_array_equal(table, [[10, 180, -5, 0, 0.25], [30, 180, 45, 0, 0.5]])
 
@@ -173,4 +173,4 @@ def test_recognised_by_the_first_row(head, is_one):
 )
 def test_what_cannot_be_written_is_refused_with_a_remedy(tmp_path, scan, what):
     with pytest.raises(ValueError, match=what):
-        write(scan, tmp_path / "out.txt", to="columns")
+        write(scan, tmp_path / "out.dat")

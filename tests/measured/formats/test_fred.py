@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from samples.fred import AROUND, COSINES, IN_PLANE, samples
 
 from gonio import read
 from gonio.files import FormatError
@@ -13,6 +12,7 @@ from gonio.measured.check import Severity, check
 from gonio.measured.dataset import make_scan
 from gonio.measured.formats import recognise
 from gonio.measured.formats.fred import FORMAT
+from samples.fred import AROUND, COSINES, IN_PLANE, samples
 
 FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 REAL = sorted((FILES / "fred").glob("*.txt")) or [

@@ -328,6 +328,11 @@ def test_found_by_content(tmp_path):
     assert recognise(marked).name == "integra-transmission"
     assert read(marked)["mode"].item() == "transmission"
     assert recognise(saved(tmp_path, integra_specular.VARIANTS["rgb.sdr"], "file.ddr")).name == "integra-specular"
+    without = saved(tmp_path, MINIMAL.replace("TypeSym ASymmetrical\n", ""), "file.txt")
+    assert recognise(without).name == "integra"
+    assert read(without)["brdf"].equals(read(saved(tmp_path, MINIMAL))["brdf"])
+    one_line = saved(tmp_path, MINIMAL.replace("1 2 3 4", " " * 100_000 + "1 2 3 4"))
+    assert read(one_line)["brdf"].equals(read(saved(tmp_path, MINIMAL, "b.ddr"))["brdf"])
 
 
 OURS = ("integra", "integra-transmission", "integra-specular", "integra-specular-transmission", "ssdd", "astm")

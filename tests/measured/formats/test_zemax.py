@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from samples.zemax import ASYMMETRICAL, PLANE, TURNED, samples
 
 from gonio import read
 from gonio.files import FormatError
@@ -14,6 +13,7 @@ from gonio.measured.check import Severity, check
 from gonio.measured.dataset import HORIZON, flatten, make_scan
 from gonio.measured.formats import recognise, writer
 from gonio.measured.formats.zemax import FORMAT
+from samples.zemax import ASYMMETRICAL, PLANE, TURNED, samples
 
 FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 REAL = sorted((FILES / "zemax").glob("*.bsdf")) or [

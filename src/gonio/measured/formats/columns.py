@@ -151,7 +151,7 @@ def _columns(flat: xr.Dataset) -> list[Any]:
 FORMAT = Format(
     name="columns",
     title="five columns",
-    suffix=".txt",
+    suffix=".dat",
     recognises=_recognises,
     read=_read,
     write=_write,

@@ -236,7 +236,8 @@ def _luminance(brdf: Values) -> Values:
 
 def _recognises(is_marked: bool, head: bytes) -> bool:
     found = keywords(head)
-    return {"typesym", "typecolormodel"} <= found.words and found.is_marked == is_marked
+    is_diffuse = "typecolormodel" in found.words and bool(found.words & {"typesym", "theta", "phi"})
+    return is_diffuse and found.is_marked == is_marked
 
 
 def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
@@ -252,5 +253,5 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
     )
 
 
-FORMAT = _format("integra", "Integra diffuse reflectance", ".ddr", is_transmitted=False)
-TRANSMITTED = _format("integra-transmission", "Integra diffuse transmittance", ".ddt", is_transmitted=True)
+FORMAT = _format("integra", "Integra diffuse table", ".ddr", is_transmitted=False)
+TRANSMITTED = _format("integra-transmission", "Integra diffuse table of transmission", ".ddt", is_transmitted=True)

@@ -129,5 +129,7 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
     )
 
 
-FORMAT = _format("integra-specular", "Integra specular reflectance", ".sdr", is_transmitted=False)
-TRANSMITTED = _format("integra-specular-transmission", "Integra specular transmittance", ".sdt", is_transmitted=True)
+FORMAT = _format("integra-specular", "Integra specular table", ".sdr", is_transmitted=False)
+TRANSMITTED = _format(
+    "integra-specular-transmission", "Integra specular table of transmission", ".sdt", is_transmitted=True
+)

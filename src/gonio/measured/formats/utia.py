@@ -22,7 +22,7 @@ from gonio.measured.format import Format, Holds
 
 Values = npt.NDArray[np.float64]
 
-POLAR, AZIMUTHS = 15.0 * np.arange(6), 7.5 * np.arange(48)
+POLAR, AZIMUTHS = tuple(15.0 * k for k in range(6)), tuple(7.5 * k for k in range(48))
 AXES = {"theta_i": POLAR, "phi_i": AZIMUTHS, "theta_r": POLAR, "phi": AZIMUTHS}
 SHAPE = tuple(len(values) for values in AXES.values())
 SIZE = 8 * len(COLOURS) * int(np.prod(SHAPE))

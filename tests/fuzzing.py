@@ -1,6 +1,6 @@
 """Damaged and hostile files of every format, by the hundred thousand: `make fuzz` writes docs/fuzzing.md.
 
-A file is read as users read it, with `gonio.read`, in a process of its own. Good outcomes are a Dataset that is valid,
+A file is recognised and read as `gonio.read` does, in a process of its own. Good outcomes are a Dataset that is valid,
 and a FormatError of one line that names the file and a place in it. Anything else is a failure: another exception, a
 warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Each input follows
 from seed and number alone, so that a failure can be made again: `--only NUMBER`.

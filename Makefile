@@ -84,8 +84,11 @@ PEERS := .venv-peers
 crosscheck: $(PEERS)/.installed $(VENV)/.test $(VENV)/.gonio
 	$(PEERS)/bin/python tests/crosscheck/mitsuba_peer.py
 	$(PEERS)/bin/python tests/crosscheck/scatmech_peer.py
+	$(THREADS) $(BIN)/python tests/crosscheck/rgl_agreement.py samples $(PEERS)/rgl
+	$(PEERS)/bin/python tests/crosscheck/rgl_peer.py $(PEERS)/rgl $(PEERS)/rgl.npz
+	$(THREADS) $(BIN)/python tests/crosscheck/rgl_agreement.py compare $(PEERS)/rgl $(PEERS)/rgl.npz
 	$(PEERS)/bin/python tests/crosscheck/radiance_peer.py
-	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_radiance_peer.py
+	$(THREADS) $(BIN)/python -m pytest tests/test_peers.py tests/test_radiance_peer.py tests/test_rgl_peer.py
 
 $(PEERS)/.installed: requirements-crosscheck.lock
 	$(PYTHON) -m venv $(PEERS)

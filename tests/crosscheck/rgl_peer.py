@@ -2,10 +2,11 @@
 
     python tests/crosscheck/rgl_peer.py FOLDER OUT
 
-Knows nothing of gonio: evaluates the RGL files beside the project at 10 000 pairs each, the synthetic RGL files in FOLDER
-at 1 000, the synthetic KAIST ones at their nodes, and writes the arrays to OUT. Values are what BSDF.eval returns, f times
-the cosine, in single precision. `measured` leaves the number of an isotropic file's symmetries unset (pull request 1850 of
-Mitsuba 3): a process may find it to be 4 by chance and mirror directions. So isotropic pairs are evaluated mirrored, too.
+Knows nothing of gonio: evaluates the RGL files beside the project at 10 000 pairs each, the synthetic RGL files in
+FOLDER at 1 000, the synthetic KAIST ones at their nodes, and writes the arrays to OUT. Values are those of BSDF.eval,
+f times the cosine, in single precision. `measured` leaves the number of an isotropic file's symmetries unset (pull
+request 1850 of Mitsuba 3): a process may find it to be 4 by chance and mirror directions. So isotropic pairs are
+evaluated mirrored, too.
 """
 
 import sys
@@ -27,8 +28,8 @@ def evaluate(path, pairs, wavelengths=()):
     """(pairs, sets) of R, G, B or of the wavelengths [nm]."""
     bsdf, context, interaction = load("measured", path), mi.BSDFContext(), mi.SurfaceInteraction3f()
     count = len(wavelengths) or 3
-    if count > 3 or len(wavelengths):
-        interaction.wavelengths = mi.Color0f() if not len(wavelengths) else np.resize(wavelengths, 4).tolist()
+    if len(wavelengths):
+        interaction.wavelengths = np.resize(wavelengths, 4).tolist()
     found = np.empty((len(pairs), count), dtype=np.float32)
     for row, pair in zip(found, (pairs / GRID).tolist(), strict=True):
         interaction.wi = pair[:3]
@@ -79,8 +80,8 @@ def polarized(path, random):
     interaction = mi.SurfaceInteraction3f()
     for k, (source, detector) in enumerate(zip(w_i, w_r, strict=True)):
         across = np.cross(source, detector)
-        x, forward, back = mi.Vector3f((across / np.linalg.norm(across)).tolist()), mi.Vector3f((-source).tolist()), None
-        back = mi.Vector3f(detector.tolist())
+        vectors = (across / np.linalg.norm(across), -source, detector)
+        x, forward, back = (mi.Vector3f(v.tolist()) for v in vectors)
         interaction.wi = back  # in radiance transport `wi` leads to the detector and `wo` to the source
         for m, wavelength in enumerate(tensors["wvls"].tolist()):
             interaction.wavelengths = [wavelength] * 4

@@ -6,7 +6,7 @@ import numpy as np
 
 from gonio.measured.tensor_file import write_fields
 
-MATRIX = np.array([[1, 0.1, 0.2, 0.05], [-0.15, 0.7, 0.3, -0.1], [0.12, -0.25, 0.6, 0.2], [0.02, 0.08, -0.3, 0.5]])
+MATRIX = [[1, 0.1, 0.2, 0.05], [-0.15, 0.7, 0.3, -0.1], [0.12, -0.25, 0.6, 0.2], [0.02, 0.08, -0.3, 0.5]]
 
 
 def fields(phi_d=(-180.0, -90.0, 0.0, 90.0, 180.0), theta_d=(0.0, 30.0, 60.0, 88.0), theta_h=(0.0, 20.0, 45.0, 85.0)):
@@ -16,8 +16,10 @@ def fields(phi_d=(-180.0, -90.0, 0.0, 90.0, 180.0), theta_d=(0.0, 30.0, 60.0, 88
     height = (2 + np.cos(p) + 0.3 * np.sin(p)) * (1.5 + d) * np.exp(-h)
     spectral = height[..., None] * (1 + 0.2 * np.arange(5))
     tilt = 1 + 0.3 * np.sin(np.arange(16).reshape(4, 4) + d[..., None, None, None]) * (np.arange(16) > 0).reshape(4, 4)
-    axes = {n: np.radians([v]).astype(np.float32) for n, v in (("phi_d", phi_d), ("theta_d", theta_d), ("theta_h", theta_h))}
-    return {**axes, "wvls": wavelengths, "M": (spectral[..., None, None] * MATRIX * tilt).astype(np.float32)}
+    axes = {
+        n: np.radians([v]).astype(np.float32) for n, v in (("phi_d", phi_d), ("theta_d", theta_d), ("theta_h", theta_h))
+    }
+    return {**axes, "wvls": wavelengths, "M": (spectral[..., None, None] * np.array(MATRIX) * tilt).astype(np.float32)}
 
 
 VARIANTS = {

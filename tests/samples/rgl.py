@@ -80,7 +80,10 @@ def lobe(theta_i, theta_r, phi, phi_i=0.0):
 def laid_out(turned=False, wavelengths=()):
     """`lobe` on the grid that gonio gives to a scan that was never in a RGL file; sets differ by a factor."""
     turns = [0.0, 60.0, 120.0, 200.0, 300.0] if turned else [0.0]
-    theta_i, phi_i = (v.ravel() for v in np.meshgrid([0.0, 20.0, 40.0, 55.0, 70.0, 80.0, 88.0], turns))
+    theta_i, phi_i = (
+        v.ravel()
+        for v in np.meshgrid([0.0, 35.0, 65.0, 88.0] if turned else [0.0, 20.0, 40.0, 55.0, 70.0, 80.0, 88.0], turns)
+    )
     ones = np.ones_like(theta_i)
     onto = FORMAT.layout(make_scan(theta_i, 0 * ones, ones, 0 * ones, phi_i=phi_i if turned else None))
     angles = [onto[n] for n in ("theta_i", "theta_r", "phi", *(["phi_i"] if turned else []))]

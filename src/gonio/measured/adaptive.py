@@ -5,6 +5,7 @@ The half vector's polar angle and azimuth become u = sqrt(2 theta/pi) and (phi +
 Arrays (.., y, x) have the azimuth along y and the polar angle along x. Angles here are in radians.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -70,11 +71,11 @@ class Warp:
     """The map of the unit square by a density (slices, y, x), each slice normalised before they are mixed."""
 
     def __init__(self, density: Stored) -> None:
-        density = density.astype(float)
-        rows = _cumulated(density)
+        heights = density.astype(np.float64)
+        rows = _cumulated(heights)
         marginal = _cumulated(rows[..., -1])
         total = marginal[:, -1]
-        self.density = density / total[:, None, None]
+        self.density: Array = heights / total[:, None, None]
         self.rows = rows / total[:, None, None]
         self.marginal = marginal / total[:, None]
 
@@ -92,7 +93,7 @@ class Warp:
         return along_x, take(self.marginal, j) + b * (r0 + 0.5 * b * (r1 - r0))
 
     def nodes(self, size: tuple[int, int]) -> tuple[Array, Array]:
-        """Where every slice puts an even grid (y, x) of that many samples: x and y of the warped square (slices, y, x)."""
+        """Where each slice puts an even grid (y, x) of samples: x and y (slices, y, x) in the warped square."""
         wanted_y, wanted_x = (np.linspace(0.0, 1.0, n) for n in size)
         slice_of = np.arange(len(self.density))[:, None]
         j = _intervals(self.marginal, np.broadcast_to(wanted_y, (len(self.density), size[0])))
@@ -153,10 +154,11 @@ class Surface:
     def isotropic(self) -> bool:
         return len(self.phi_i) <= 2
 
-    @property
+    @functools.cached_property
     def warp(self) -> Warp:
         return Warp(self.vndf.reshape(-1, *self.vndf.shape[2:]))
 
+    @functools.cached_property
     def nodes(self) -> tuple[Array, Array, Array, Array]:
         """Of every node (phi_i, theta_i, y, x): theta_r and phi = phi_r - phi_i, then cos(theta_r), ndf/(4 sigma)."""
         full = (len(self.phi_i), len(self.theta_i), *self.values.shape[-2:])
@@ -168,7 +170,7 @@ class Surface:
 
     def solid_angles(self) -> Array:
         """The solid angle of w_r (phi_i, theta_i, y, x) that a unit of the warped square takes; 0 below the horizon."""
-        theta_r, phi, cosine, _ = self.nodes()
+        theta_r, phi, cosine, _ = self.nodes
         theta_i = np.broadcast_to(self.theta_i[:, None, None], theta_r.shape)
         theta_h, azimuth = _half(theta_i, theta_r, phi)
         facing = np.cos(theta_i) * np.cos(theta_h) + np.sin(theta_i) * np.sin(theta_h) * np.cos(azimuth)
@@ -183,7 +185,7 @@ class Surface:
         return np.divide(ndf, 4 * sigma, out=np.zeros_like(ndf), where=sigma > 0)
 
     def evaluate(self, theta_i: Array, theta_r: Array, phi: Array, phi_i: Array) -> Array:
-        """f (sets, n) at directions (n,); NaN at and below the horizon."""
+        """The BRDF (sets, n) at directions (n,); NaN at and below the horizon."""
         phi_i, phi = self._reduced(phi_i, phi)
         theta_h, azimuth = _half(theta_i, theta_r, phi)
         x = np.sqrt(2 * theta_h / math.pi)

@@ -40,7 +40,9 @@ class Fields:
             raise source.wrong("this is no tensor file: it does not begin with tensor_file", 0)
         version = tuple(source.array(np.uint8, (2,), "the version").tolist())
         if version != VERSION:
-            raise source.wrong(f"version {version[0]}.{version[1]} of the container is unknown; 1.0 is read", len(MAGIC))
+            raise source.wrong(
+                f"version {version[0]}.{version[1]} of the container is unknown; 1.0 is read", len(MAGIC)
+            )
         at = source.at
         count = source.number("<u4", "the number of fields")
         if not 1 <= count <= MOST_FIELDS:
@@ -54,27 +56,30 @@ class Fields:
         if not 1 <= length <= LONGEST_NAME:
             raise source.wrong(f"a field's name has {length} bytes, outside 1 to {LONGEST_NAME}", at)
         name = source.text(length, "a field's name")
-        dimensions = source.number("<u2", f"the dimensions of {clip(name)}")
+        shown = clip(repr(name))
+        dimensions = source.number("<u2", f"the dimensions of {shown}")
         if dimensions > MOST_DIMENSIONS:
-            raise source.wrong(f"{clip(name)} has {dimensions} dimensions, more than {MOST_DIMENSIONS}", source.at - 2)
-        kind = source.number("u1", f"the type of {clip(name)}")
+            raise source.wrong(f"{shown} has {dimensions} dimensions, more than {MOST_DIMENSIONS}", source.at - 2)
+        kind = source.number("u1", f"the type of {shown}")
         if kind not in TYPES:
-            raise source.wrong(f"the type of {clip(name)} is {kind}, outside 1 to {len(TYPES)}", source.at - 1)
-        start = source.number("<u8", f"the offset of {clip(name)}")
-        shape = tuple(source.array("<u8", (dimensions,), f"the shape of {clip(name)}").tolist())
+            raise source.wrong(f"the type of {shown} is {kind}, outside 1 to {len(TYPES)}", source.at - 1)
+        start = source.number("<u8", f"the offset of {shown}")
+        shape = tuple(source.array("<u8", (dimensions,), f"the shape of {shown}").tolist())
         if name in self.arrays:
-            raise source.wrong(f"the field {clip(name)} is there twice", at)
+            raise source.wrong(f"the field {shown} is there twice", at)
         if math.prod(shape) > most:
-            raise source.wrong(f"{clip(name)} has {math.prod(shape)} values, more than {most}", source.at)
+            raise source.wrong(f"{shown} has {math.prod(shape)} values, more than {most}", source.at)
         if not math.prod(shape):
-            raise source.wrong(f"{clip(name)} holds no value: its shape is {shape}", source.at)
-        self.arrays[name] = source.array(TYPES[kind], shape, clip(repr(name)), at=start)
+            raise source.wrong(f"{shown} holds no value: its shape is {shape}", source.at)
+        self.arrays[name] = source.array(TYPES[kind], shape, shown, at=start)
         self.starts[name] = start
 
     def get(self, name: str, kind: str, dimensions: int, least: int = 1) -> Array:
         """A field of this type and so many dimensions, each at least `least` long; FormatError where it is not so."""
         if name not in self.arrays:
-            raise self.bytes.wrong(f"there is no field {name}; there are {clip(', '.join(self.arrays), 100)}", 0)
+            raise self.bytes.wrong(
+                f"there is no field {name}; there are {clip(', '.join(map(repr, self.arrays)), 100)}", 0
+            )
         found = self.arrays[name]
         if found.dtype != np.dtype(kind) or found.ndim != dimensions or min(found.shape) < least:
             what = f"{found.dtype} of shape {found.shape}"
@@ -111,4 +116,4 @@ def write_fields(path: Path, fields: Mapping[str, Array]) -> None:
         file.write(b"".join(header))
         for start, values in zip(starts, stored.values(), strict=True):
             file.write(bytes(start - file.tell()))
-            file.write(memoryview(values).cast("B"))
+            values.tofile(file)

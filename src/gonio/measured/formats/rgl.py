@@ -7,7 +7,9 @@ f cos(theta_r) itself. What lies below the horizon continues the last value abov
 up to the horizon. An anisotropic scan covers the whole circle of phi_i, because not every reader folds it back.
 """
 
+import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +18,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.adaptive import Surface
-from gonio.measured.dataset import ABSOLUTE, HORIZON, PARAMETERISATION, add_history
+from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, add_history
 from gonio.measured.format import Format, Holds
 from gonio.measured.tensor_file import MAGIC, Fields, write_fields
+from gonio.measured.text import clip
 
 Values = npt.NDArray[np.float64]
 
@@ -27,7 +30,8 @@ MOST_SLICES = 4096  # incidences of light
 SIZE = 64  # samples along each warped axis of a file that gonio lays out
 MOST_ANGLES = 91  # incidence angles of a scan that are kept as they are
 EVEN_ANGLES = 31  # otherwise
-GRAZING = 89.99  # deg; nearer to the horizon f cos(theta_r) says nothing of f
+WIDEST_TURN = 15.0  # deg
+GRAZING, BELOW = 89.99, 90.001  # deg; nearer to the horizon f cos(theta_r) says nothing of f: nodes count as below it
 Y, X = "warped_phi", "warped_theta"  # the sample's axes: its half vector's azimuth runs with y, its polar angle with x
 TURN, INCIDENCE = "tensor_turn", "tensor_incidence"
 DIMENSIONS: dict[str, tuple[str, ...]] = {
@@ -56,15 +60,19 @@ def _read(path: Path) -> xr.Dataset:
     along = {} if GREY in fields.arrays else sets
     spectra = np.moveaxis(stored, 2, 0) if along else stored[:, :, 0]
     scan = _dataset(tensors | {"spectra": spectra}, along)
-    if grazing := int(((scan["theta_r"] > GRAZING) & (scan["theta_r"] <= HORIZON)).sum()):
-        scan = add_history(scan, f"{grazing} directions beyond {GRAZING} deg became gaps: no BRDF is told from f cos there")
+    if grazing := int((scan["theta_r"] == BELOW).sum()):
+        scan = add_history(
+            scan, f"{grazing} nodes beyond {GRAZING} deg count as below the horizon: f cos tells no f there"
+        )
     if "description" in fields.arrays:
         size = fields.get("description", "u1", 1).size
         fields.bytes.at = fields.starts["description"]
         scan.attrs["provenance"] = fields.bytes.text(size, "description")
     known = {*DIMENSIONS, "spectra", "rgb", "wavelengths", "description", GREY}
     if strangers := [name for name in fields.arrays if name not in known]:
-        scan = add_history(scan, f"left out fields that gonio does not know: {', '.join(strangers)}")
+        scan = add_history(
+            scan, f"left out fields that gonio does not know: {clip(', '.join(map(ascii, strangers)), 200)}"
+        )
     return scan
 
 
@@ -116,7 +124,9 @@ def _tensors(fields: Fields, stored: npt.NDArray[np.floating]) -> dict[str, Any]
         raise fields.wrong("luminance", f"its shape is {found['luminance'].shape}, not {(*slices, *stored.shape[-2:])}")
     if (empty := np.flatnonzero(~found["vndf"].any(axis=(2, 3)).ravel())).size:
         cells = math.prod(found["vndf"].shape[2:])
-        raise fields.wrong("vndf", f"slice {empty[0]} is zero everywhere: no direction is visible", int(empty[0]) * cells)
+        raise fields.wrong(
+            "vndf", f"slice {empty[0]} is zero everywhere: no direction is visible", int(empty[0]) * cells
+        )
     return found | {n: fields.get(n, kind, 1).astype(np.int32) for n, kind in INTEGERS.items() if n in fields.arrays}
 
 
@@ -128,7 +138,7 @@ def _dataset(tensors: dict[str, Any], sets: dict[str, Any]) -> xr.Dataset:
     """The scan on the nodes of the tensors' grid."""
     surface = _surface(tensors, len(sets))
     grid = _grid(surface)
-    theta_r, _, cosine, scale = surface.nodes()
+    theta_r, _, cosine, scale = surface.nodes
     values = _brdf(surface.values, theta_r, cosine, scale)
     if not sets:
         values = values[0]
@@ -155,7 +165,7 @@ def _named(tensors: dict[str, Any], sets: tuple[str, ...]) -> dict[str, tuple[tu
 
 
 def _brdf(stored: Any, theta_r: Values, cosine: Values, scale: Values) -> Values:
-    """f at the nodes, NaN below the horizon and where the cosine is too small to divide by."""
+    """The BRDF at the nodes, NaN below the horizon and where the cosine is too small to divide by."""
     factor = np.divide(scale, cosine, out=np.full_like(scale, np.nan), where=_told(theta_r))
     found: Values = stored * factor
     return found
@@ -184,10 +194,11 @@ def _surface(tensors: dict[str, Any], sets: int) -> Surface:
 
 def _grid(surface: Surface) -> xr.Dataset:
     """The directions of the nodes as coordinates [deg] on (phi_i,) theta_i and the two warped axes."""
-    theta_r, phi, _, _ = surface.nodes()
+    theta_r, phi, _, _ = surface.nodes
     turned = len(surface.phi_i) > 1
     dims = (*(["phi_i"] if turned else []), "theta_i", Y, X)
-    angles = {n: np.degrees(v if turned else v[0]) for n, v in (("theta_r", theta_r), ("phi", phi))}
+    seen = np.where(_told(theta_r), np.degrees(theta_r), np.maximum(np.degrees(theta_r), BELOW))
+    angles = {n: v if turned else v[0] for n, v in (("theta_r", seen), ("phi", np.degrees(phi)))}
     own = {"theta_i": _plain(surface.theta_i)} | ({"phi_i": _plain(surface.phi_i)} if turned else {})
     coords: dict[str, Any] = {n: (n, v, {"units": "degree"}) for n, v in own.items()}
     coords |= {n: (dims, v, {"units": "degree"}) for n, v in angles.items()}
@@ -198,7 +209,7 @@ def _grid(surface: Surface) -> xr.Dataset:
 def _plain(radians: Values) -> Values:
     """Degrees, without the digits that single precision added to a round number."""
     degrees = np.degrees(radians)
-    short = np.round(degrees, 5)
+    short = np.round(degrees, 4)
     return np.where(np.radians(short).astype(np.float32) == radians.astype(np.float32), short, degrees)
 
 
@@ -228,12 +239,12 @@ def _with_values(scan: xr.Dataset) -> tuple[dict[str, Any], tuple[str, ...], boo
         tensors["spectra"] = np.zeros((len(tensors["phi_i"]), len(tensors["theta_i"]), *size), dtype=np.float32)
     surface = _surface(tensors, len(sets) if kept is not None else 0)
     if kept is None:
-        surface = Surface(**{**vars(surface), "values": np.broadcast_to(surface.values, (len(brdf), *surface.values.shape[1:]))})
+        surface = replace(surface, values=np.broadcast_to(surface.values, (len(brdf), *surface.values.shape[1:])))
     if len(surface.phi_i) == 1:
         brdf = np.expand_dims(brdf, -4)
     if brdf.shape != surface.values.shape:
         raise ValueError(f"the scan has {brdf.shape} values where its tensors have {surface.values.shape}: flatten it")
-    theta_r, _, cosine, scale = surface.nodes()
+    theta_r, _, cosine, scale = surface.nodes
     if kept is not None and np.array_equal(_brdf(surface.values, theta_r, cosine, scale), brdf, equal_nan=True):
         return tensors, sets, True
     own = _stored_from(brdf, theta_r, cosine, scale, surface.values if kept is not None else None)
@@ -244,15 +255,19 @@ def _with_values(scan: xr.Dataset) -> tuple[dict[str, Any], tuple[str, ...], boo
 def _stored_from(brdf: Values, theta_r: Values, cosine: Values, scale: Values, before: Any) -> Values:
     """What must be stored so that the nodes above the horizon have these values.
 
-    Below it stays what was there; where nothing was, the last value of the row above the horizon goes on.
+    Below it the last value of the row above goes on; where something was stored, in proportion to the change of that.
     """
     above = _told(theta_r)
-    if before is None:
-        last = np.maximum.accumulate(np.where(above, np.arange(above.shape[-1]), 0), axis=-1)
-        brdf = np.take_along_axis(brdf, np.broadcast_to(last, brdf.shape), axis=-1)
+    last = np.maximum.accumulate(np.where(above, np.arange(above.shape[-1]), 0), axis=-1)
+    last = np.broadcast_to(last, brdf.shape)
     factor = np.divide(cosine, scale, out=np.zeros_like(scale), where=scale > 0)
-    found = brdf * factor
-    return found if before is None else np.where(above & ((scale > 0) | np.isnan(brdf)), found, before)
+    if before is None:
+        found: Values = np.take_along_axis(brdf, last, axis=-1) * factor
+        return found
+    new = np.where(above & ((scale > 0) | np.isnan(brdf)), brdf * factor, before)
+    old = before.astype(float)
+    ratio = np.divide(new, old, out=np.ones_like(new), where=old != 0)
+    return np.where(above, new, old * np.take_along_axis(ratio, last, axis=-1))
 
 
 def evaluate(scan: xr.Dataset, theta_i: Any, theta_r: Any, phi: Any, phi_i: Any = None) -> Values:
@@ -299,7 +314,7 @@ def _plain_tensors(scan: xr.Dataset) -> dict[str, Any]:
     turns = np.zeros(1)
     if "phi_i" in scan.variables and len(_distinct(scan["phi_i"].values % 360.0)) > 1:
         within = (scan["phi_i"].values.astype(float).ravel() + 180.0) % 360.0 - 180.0
-        turns = _distinct(np.concatenate([within, [-180.0, 0.0, 180.0]]))
+        turns = _dense(_distinct(np.concatenate([within, [-180.0, 180.0]])))
     theta_i, phi_i = (np.radians(v).astype(np.float32) for v in (angles, turns))
     slices = (len(phi_i), len(theta_i))
     return {
@@ -311,6 +326,12 @@ def _plain_tensors(scan: xr.Dataset) -> dict[str, Any]:
         "jacobian": np.ones(1, dtype=np.int32),
         "spectra": np.zeros((*slices, SIZE, SIZE), dtype=np.float32),
     }
+
+
+def _dense(turns: Values) -> Values:
+    """Turns of the surface no further apart than WIDEST_TURN: between them the format keeps half vectors in place."""
+    parts = [np.linspace(a, b, math.ceil((b - a) / WIDEST_TURN) + 1)[:-1] for a, b in itertools.pairwise(turns)]
+    return np.concatenate([*parts, turns[-1:]])
 
 
 def _distinct(angles: Any) -> Values:

@@ -25,7 +25,7 @@ from gonio.measured.format import Format, Holds
 from gonio.measured.klems import Basis
 from gonio.measured.text import MOST_VALUES, clip, number
 
-KLEMS, TREE = "klems", "tensor-tree"
+NAME = "radiance"
 LEVEL = "level"  # variable of a tree: how often the square was halved
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
 _MODES = {"reflection": "BRDF", "transmission": "BTDF"}
@@ -241,7 +241,7 @@ def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
         "theta_r": ("outgoing", theta_r, degree),
         "phi": (("incident", "outgoing"), phi, degree),
     }
-    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: KLEMS}
+    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: NAME}
     return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
 
 
@@ -271,7 +271,7 @@ def _trees(blocks: list[Block], rank: int) -> xr.Dataset:
         coordinates={name: np.repeat(v, counts) for name, v in names.items()},
         variables={LEVEL: (level.astype(np.int8), "1")},
     )
-    scan.attrs |= {PARAMETERISATION: TREE, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
+    scan.attrs |= {PARAMETERISATION: NAME, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
     return scan
 
 
@@ -283,16 +283,15 @@ def evaluate(
     Sets are the dimensions of a matrix before `incident`; of trees the coordinates of SETS that the scan has, in that
     order and sorted. Raises ValueError where the scan is neither.
     """
-    kind = scan.attrs.get(PARAMETERISATION)
     given = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
     t_i, t_r, azimuth, turn = np.broadcast_arrays(*given)
     column, row = 180.0 - turn, -(turn + azimuth)
-    if kind == KLEMS:
+    if "incident" in scan.dims:
         incident, outgoing = _bases_of(scan)
         i, o = incident.index(t_i, column), outgoing.index(t_r, row)
         values = scan["brdf"].transpose(..., "incident", "outgoing").values[..., i, o]
         return np.where((i >= 0) & (o >= 0), values, np.nan)
-    if kind == TREE and LEVEL in scan:
+    if LEVEL in scan:
         return _evaluate_trees(scan, (t_i, column, t_r, row))
     raise ValueError("the scan is no Klems matrix and no tensor tree")
 
@@ -389,12 +388,13 @@ def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
 
 
 FORMAT = Format(
-    name="radiance",
+    name=NAME,
     title="Radiance XML",
     suffix=".xml",
     recognises=_recognises,
     read=_read,
     write=_write,
     layout=_layout,
+    evaluate=evaluate,
     holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength")),
 )

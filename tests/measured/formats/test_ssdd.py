@@ -201,6 +201,13 @@ def test_a_scattered_scan_gets_a_grid_about_the_mirror(tmp_path):
     assert np.nanmax(read(tmp_path / "a.ssdd")["brdf"]) == np.nanmin(read(tmp_path / "a.ssdd")["brdf"]) == 0.25
 
 
+@pytest.mark.parametrize("suffix", [".ssdd", ".ddr", ".astm"])
+def test_remarks_that_no_text_can_hold_are_cleaned(suffix, tmp_path):
+    scan = dense("specular", theta_i=[0, 30], theta_s=[0, 45], phi_s=[0, 90, 180])
+    write(scan.assign_attrs(provenance="\0\nsteel\x1b[0m, 2 mm \n"), tmp_path / f"a{suffix}")
+    assert read(tmp_path / f"a{suffix}").attrs["provenance"] == "steel[0m, 2 mm"
+
+
 def test_what_a_file_cannot_say_is_refused(tmp_path):
     scan = dense("specular", theta_i=[0, 30], theta_s=[0, 45], phi_s=[0, 90, 180])
     relative = scan.assign(brdf=scan["brdf"].assign_attrs(units="a.u."))

@@ -1,6 +1,6 @@
 """Damaged and hostile files of every format, by the hundred thousand: `make fuzz` writes docs/fuzzing.md.
 
-A file is read as users read it, with `gonio.read`, in a process of its own. Good outcomes are a Dataset that is valid,
+A file is recognised and read as `gonio.read` does, in a process of its own. Good outcomes are a Dataset that is valid,
 and a FormatError of one line that names the file and a place in it. Anything else is a failure: another exception, a
 warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Each input follows
 from seed and number alone, so that a failure can be made again: `--only NUMBER`.
@@ -157,6 +157,8 @@ def main() -> int:
         path = saved(names[0], chosen.seed, chosen.only)
         print(path, *attempt(path, names[0]))
         return 0
+    lacking = [name for name in names if not _has_seeds(name)]
+    names = [name for name in names if name not in lacking]
     tallies = _with_progress(names, chosen)
     kept = RECORD if chosen.out == PAGE else chosen.out.with_suffix(".json")
     record = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
@@ -167,7 +169,15 @@ def main() -> int:
     for name, tally in tallies.items():
         if tally.failures:
             print(report(name, chosen.seed, tally.failures))
-    return int(any(tally.failures for tally in tallies.values()))
+    return int(bool(lacking) or any(tally.failures for tally in tallies.values()))
+
+
+def _has_seeds(name: str) -> bool:
+    try:
+        return bool(seeds(name))
+    except LookupError as error:
+        print(error)
+        return False
 
 
 def _with_progress(names: list[str], chosen: argparse.Namespace) -> dict[str, Tally]:

@@ -14,6 +14,7 @@ import numpy as np
 import samples
 from gonio.files import FormatError
 from gonio.measured import formats as registry
+from gonio.measured.format import Format
 from mutations import choice, mutated
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -36,8 +37,8 @@ def modules() -> dict[str, str]:
     """The module of every format, by the format's name."""
     found = {}
     for module in pkgutil.iter_modules(registry.__path__):
-        contents = vars(importlib.import_module(f"{registry.__name__}.{module.name}"))
-        found |= {f.name: module.name for f in registry.formats().values() if f in contents.values()}
+        contents = vars(importlib.import_module(f"{registry.__name__}.{module.name}")).values()
+        found |= {value.name: module.name for value in contents if isinstance(value, Format)}
     return found
 
 

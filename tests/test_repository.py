@@ -12,7 +12,7 @@ import gonio
 
 ROOT = Path(__file__).resolve().parent.parent
 DEPENDENCIES = """
-array-api-compat defusedxml matplotlib numpy pooch python-calamine pyyaml rich scipy typer xarray zarr
+array-api-compat defusedxml matplotlib numpy pooch pyyaml rich scipy typer xarray zarr
 """
 PROMISED = """
 lambert torrance-sparrow wang-2016 liu-2016 cauchy-lorentz cauchy-lorentz-reciprocal cook-torrance

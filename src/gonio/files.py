@@ -51,14 +51,14 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
 def _replace_by_directory(temporary: Path, path: Path) -> None:
     """Give the directory its name; what had the name is put aside, back where that fails, and deleted at the end.
 
-    Of two directories the old one must be empty or share a name with the new one, lest a folder of other things is lost.
+    Of two directories the old one must be empty or share a name with the new one, lest other things are lost.
     """
     if not path.exists():
         temporary.replace(path)
         return
-    if path.is_dir() and (held := {entry.name for entry in path.iterdir()}):
-        if held.isdisjoint(entry.name for entry in temporary.iterdir()):
-            raise FileExistsError(f"{path} is a directory of other files: choose another name")
+    held = {entry.name for entry in path.iterdir()} if path.is_dir() else set()
+    if held and held.isdisjoint(entry.name for entry in temporary.iterdir()):
+        raise FileExistsError(f"{path} is a directory of other files: choose another name")
     aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.stem}."))
     try:
         path.rename(aside / path.name)

@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+import re
 import shutil
 from pathlib import Path
 
@@ -88,6 +89,7 @@ def fits(scan: xr.Dataset, kind: Format) -> bool:
     transmitted = "mode" in scan.coords and bool((scan["mode"] == "transmission").any())
     scattered = kind.layout is not None and scan["brdf"].dims == ("direction",)
     same = scan.attrs.get("quantity", "") == kind.holds.quantity
+    same = same and (kind.holds.relative or scan["brdf"].attrs["units"] == "sr-1")
     return (
         same and not scattered and (kind.holds.transmission or not transmitted) and bool(scan["brdf"].notnull().any())
     )
@@ -164,7 +166,9 @@ def test_a_plain_scan_goes_into_every_format(kind, tmp_path):
         np.testing.assert_allclose(done.error.error, 0, atol=1e-12)  # angles in radians round by 1e-16
     else:
         assert in_words(difference(done.scan, plain_scan())) in done.scan.attrs["history"]
-        written = difference(read(done.path), done.scan)
+        # Formats of f cos(theta_r) cannot say f on the horizon itself.
+        above = done.scan.assign(brdf=done.scan["brdf"].where(done.scan["theta_r"] < 89.9).assign_attrs(units="sr-1"))
+        written = difference(read(done.path), above)
         assert written.missing == 0
         assert written.largest < 1e-6  # single precision
 
@@ -239,7 +243,7 @@ NAMES = {
     "rgl/*.bsdf": "rgl",
     "rt300s/*.jdv": "jdv",
     "rt300s/*.xls": "rt300s",
-    "speos/test_speos.rtd": "speos-anisotropic",
+    "speos/test_speos.rtd": "reflet",
     "zemax/*.bsdf": "zemax",
 }
 
@@ -269,8 +273,8 @@ def test_every_other_shared_file_is_refused_by_what_it_is(tmp_path):
         shutil.copyfile(path, renamed)
         with pytest.raises(FormatError) as caught:
             read(renamed)
-        wanted = {".json": "JSON", ".xlsx": "ZIP archive"}.get(path.suffix, "header")
-        assert wanted in str(caught.value), path
+        wanted = {".json": "JSON|no object 'data'", ".xlsx": "ZIP archive"}.get(path.suffix, "header")
+        assert re.search(wanted, str(caught.value)), path
 
 
 def test_unknown_suffix_names_the_known_ones_and_a_shared_one_asks(tmp_path):

@@ -1,4 +1,4 @@
-"""Radiance XML files whose values are a formula's, written here for the peer and for the tests. Knows nothing of gonio."""
+"""Radiance XML files whose values are a formula's, for the peer and for the tests. Knows nothing of gonio."""
 
 DIRECTIONS = ("Reflection Front", "Reflection Back", "Transmission Front", "Transmission Back")
 SIZES = {"Full": 145, "Half": 77, "Quarter": 41}

@@ -80,8 +80,7 @@ def main():
             "value": "BSDF [1/sr], the luminance that bsdf.query returns",
             "directions": "theta and phi of the incident direction, then of the outgoing one, in 0.001 deg",
         },
-        {"directions": pairs}
-        | {name: evaluate(text, pairs) for name, text in (texts | made).items()},
+        {"directions": pairs} | {name: evaluate(text, pairs) for name, text in (texts | made).items()},
         {name: {"command": TOOLS[name][1], "formula": TOOLS[name][2], "file": text} for name, text in made.items()},
     )
 

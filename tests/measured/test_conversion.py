@@ -36,7 +36,7 @@ def test_gaps_are_refused_with_the_remedy_and_nothing_is_written(tmp_path):
     in_plane = make_scan(np.repeat([10.0, 30], 9), np.tile(np.arange(-80, 81, 20.0), 2), np.ones(18))
     with pytest.raises(
         ValueError,
-        match=r"Integra diffuse reflectance stores a full grid, and .* lie outside the data: fill them with --fill",
+        match=r"Integra diffuse table stores a full grid, and .* lie outside the data: fill them with --fill",
     ):
         convert(in_plane, tmp_path / "x", "integra")
     assert not list(tmp_path.iterdir())

@@ -47,7 +47,7 @@ LEGEND = (
 
 def rows() -> list[tuple[str, ...]]:
     """One row a format under HEADINGS."""
-    out = []
+    out: list[tuple[str, ...]] = []
     for one in records():
         one["uncertainty"] = bool({"*", "uncertainty"} & set(one["variables"]))
         letters = " ".join(letter if one[key] else "·" for key, letter in LETTERS.items())

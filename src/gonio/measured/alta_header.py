@@ -57,7 +57,7 @@ class Header:
     def whole(self, key: str, least: int, most: int, default: str = "") -> int:
         text = self.text(key, default)
         if not text.isascii() or not text.isdigit() or len(text) > 20 or not least <= int(text) <= most:
-            raise self.wrong(key, f"{self.said(key)}, not a whole number from {least} to {most}")
+            raise self.wrong(key, f"{self.said(key)}: it must be a whole number from {least} to {most}")
         return int(text)
 
     @property
@@ -65,7 +65,7 @@ class Header:
         """The numbers of coordinates and of values in a row."""
         words = self.text("DIM").split()
         if len(words) != 2 or not all(w.isascii() and w.isdigit() and 0 < len(w) < 5 for w in words):
-            raise self.wrong("DIM", f"{self.said('DIM')}, not the numbers of coordinates and values")
+            raise self.wrong("DIM", f"{self.said('DIM')}: it must be the numbers of coordinates and values")
         if not 1 <= int(words[1]) <= MOST_COLUMNS:
             raise self.wrong("DIM", f"#DIM says {words[1]} values, outside 1 to {MOST_COLUMNS}")
         return int(words[0]), int(words[1])
@@ -74,9 +74,8 @@ class Header:
     def parametrisation(self) -> Parametrisation:
         name = self.text("PARAM_IN")
         if name not in PARAMETRISATIONS:
-            what = f"{self.said('PARAM_IN')}, which does not give both directions in a way that gonio knows"
-            remedy = f"convert the file with ALTA's data2data to one of {', '.join(PARAMETRISATIONS)}"
-            raise self.wrong("PARAM_IN", f"{what}: {remedy}")
+            remedy = f"it must be one of {', '.join(PARAMETRISATIONS)}; ALTA's data2data converts to these"
+            raise self.wrong("PARAM_IN", f"{self.said('PARAM_IN')}: {remedy}")
         found = PARAMETRISATIONS[name]
         if self.dim[0] != found.size:
             raise self.wrong("DIM", f"#DIM says {self.dim[0]} coordinates, and {name} has {found.size}")
@@ -87,7 +86,7 @@ class Header:
         """The names of the values in a row, none where there is one value."""
         output, count = self.text("PARAM_OUT"), self.dim[1]
         if output not in OUTPUTS:
-            raise self.wrong("PARAM_OUT", f"{self.said('PARAM_OUT')}: gonio reads {', '.join(OUTPUTS)}")
+            raise self.wrong("PARAM_OUT", f"{self.said('PARAM_OUT')}: it must be one of {', '.join(OUTPUTS)}")
         names = CHANNELS.get(output, tuple(str(k + 1) for k in range(count)) if count > 1 else ())
         if names and len(names) != count:
             raise self.wrong("DIM", f"#DIM says {count} values, and {output} has {len(names)}")

@@ -50,7 +50,7 @@ def _data(flat: xr.Dataset, values: np.ndarray) -> dict[str, Any]:
     own = [n for n in flat.variables if n not in (*DIRECTIONS, "brdf", "uncertainty", "wavelength", _REFLECTED, "line")]
     own = [str(n) for n in own if n != "polarisation" and flat[n].dims == ("direction",)]
     if own:
-        data["adhoc_variables"] = {name: _adhoc(flat[name], name) for name in own}
+        data["adhoc_variables"] = {name: _adhoc(flat[name], name) for name in map(str, own)}
     return data
 
 
@@ -64,7 +64,7 @@ def _angle(degrees: np.ndarray, polar: bool) -> dict[str, Any]:
 def _polarisation(states: list[str]) -> dict[str, Any]:
     """The states as `s`, or `s>p` for those of both sides; ValueError for any other word."""
     sides = [state.partition(">") for state in states]
-    found = {}
+    found: dict[str, Any] = {}
     for name, words in (("polarization_i", [s[0] for s in sides]), ("polarization_r", [s[2] for s in sides])):
         if not any(words):
             continue
@@ -76,7 +76,9 @@ def _polarisation(states: list[str]) -> dict[str, Any]:
         except ValueError:
             vectors = []
         if not vectors or any(len(v) != 4 or v[0] != 1 or max(map(abs, v)) > 1 for v in vectors):
-            raise ValueError(f"polarisation is {sorted(set(words))[0]!r}: the BiRD format knows s, p, u and Stokes vectors")
+            raise ValueError(
+                f"polarisation is {sorted(set(words))[0]!r}: the BiRD format knows s, p, u and Stokes vectors"
+            )
         found[name] = {"notation": "inStokes", "values": vectors}
     return found
 

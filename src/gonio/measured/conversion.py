@@ -93,7 +93,7 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
                 f"--select {name}={values[0]}"
             )
         left_out.append(f"{name} {values[0]}")
-        scan = scan.drop_vars(name)
+        scan = scan.isel({name: 0}, drop=True) if name in scan.dims else scan.drop_vars(name)
     scan, gone = _without_turns(scan, target)
     left_out += gone
     if "mask" in scan and not {"*", "mask"} & set(holds.variables):
@@ -148,7 +148,9 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
 
 
 def _refuse_gaps(ready: xr.Dataset, target: Format) -> None:
-    above = ((ready["theta_r"] <= HORIZON) & (ready["theta_i"] <= HORIZON)).broadcast_like(ready["brdf"])
+    along = [d for d in ready["brdf"].dims if d not in SETS]
+    there = ready["brdf"].notnull().any(along)  # a set without any value, such as a side never lit, is no gap
+    above = ((ready["theta_r"] <= HORIZON) & (ready["theta_i"] <= HORIZON) & there).broadcast_like(ready["brdf"])
     gaps = int((np.isnan(ready["brdf"]) & above).sum())
     if gaps:
         raise ValueError(

@@ -32,6 +32,7 @@ class System:
 
 
 ZERO = np.zeros(())
+SNAP = 1e-9  # deg
 
 
 def _unit(theta: Array, phi: Array) -> Array:
@@ -119,11 +120,17 @@ def grid(system: str, **axes: Any) -> xr.Dataset:
     own = {a: (a, np.asarray(v, dtype=float), {"units": "degree"}) for a, v in axes.items()}
     full = tuple(len(np.asarray(v)) for v in axes.values())
     angles = {
-        n: (dims, np.broadcast_to(v, full).copy(), {"units": "degree"})
+        n: (dims, _snapped(np.broadcast_to(v, full)), {"units": "degree"})
         for n, v in zip(("theta_i", "theta_r", "phi", "phi_i"), found, strict=True)
         if n in names and n not in own
     }
     return xr.Dataset(coords=own | angles)
+
+
+def _snapped(angles: Array) -> Array:
+    """Angles that rounding moved off the normal or the horizon, put back there."""
+    out = np.where(np.abs(angles - 90.0) < SNAP, 90.0, angles)
+    return np.where(np.abs(out) < SNAP, 0.0, out)
 
 
 def system_of(scan: xr.Dataset) -> System | None:

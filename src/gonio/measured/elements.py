@@ -54,7 +54,8 @@ class _Builder:
     """What the parser tells, made into a tree; the parser itself knows the line."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.root = path, None
+        self.path = path
+        self.root: Element | None = None
         self.remarks: list[str] = []
         self.parser: Any = None
         self._open: list[tuple[Element, list[str]]] = []
@@ -112,7 +113,9 @@ def parse(path: Path) -> tuple[Element, list[str]]:
                 parser.feed(chunk)
         root = parser.close()
     except ParseError as error:
-        raise FormatError(path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {error.position[0]}") from error
+        raise FormatError(
+            path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {error.position[0]}"
+        ) from error
     except DefusedXmlException as error:
         what = "has a document type or entities, which a measurement does not need: delete them"
         raise FormatError(path, what, f"line {parser.parser.CurrentLineNumber}") from error

@@ -4,6 +4,7 @@ Rows of numbers, azimuths all round, the light that a table holds together, and 
 back. A Dataset is dense where every table has the same directions, and a flat scan where they differ.
 """
 
+import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ import xarray as xr
 
 from gonio.files import FormatError
 from gonio.measured.coordinates import grid, system_of
-from gonio.measured.dataset import ABSOLUTE, SETS, add_history, flatten, make_scan
+from gonio.measured.dataset import ABSOLUTE, SETS, flatten, make_scan
 from gonio.measured.text import number
 
 Values = npt.NDArray[np.float64]
@@ -83,17 +84,25 @@ def integral(theta: Values, azimuths: Values, values: Values, cosine: bool = Tru
     Values are linear in both angles [deg] between the nodes and azimuths go round; what lies beyond the first and last
     theta is left out. A constant c over theta from 0 to 90 gives pi c with the cosine, 2 pi c without.
     """
-    t = np.radians(theta)
+    weights, widths = _weights(np.asarray(theta, dtype=float).tobytes(), np.asarray(azimuths, float).tobytes(), cosine)
+    return float(weights @ values @ widths)
+
+
+@functools.lru_cache(maxsize=32)
+def _weights(theta: bytes, azimuths: bytes, cosine: bool) -> tuple[Values, Values]:
+    """What each node of theta and each azimuth [deg, as float64] stands for: tables of a file mostly share them."""
+    t = np.radians(np.frombuffer(theta))
     once, twice = (-np.cos(2 * t) / 4, -np.sin(2 * t) / 8) if cosine else (-np.cos(t), -np.sin(t))
     slope = np.diff(twice) / np.diff(t)  # the weight of a node is the integral of its hat function times sin (cos)
     weights = np.zeros(len(t))
     weights[:-1] += slope - once[:-1]
     weights[1:] += once[1:] - slope
-    order = np.argsort(azimuths % 360.0, kind="stable")
-    p = np.radians(azimuths % 360.0)[order]
-    steps = np.diff(p, append=p[0] + 2 * np.pi)
-    widths = (steps + np.roll(steps, 1)) / 2
-    return float(weights @ values[:, order] @ widths)
+    p = np.radians(np.frombuffer(azimuths) % 360.0)
+    order = np.argsort(p, kind="stable")
+    steps = np.diff(p[order], append=p[order[0]] + 2 * np.pi)
+    widths = np.empty(len(p))
+    widths[order] = (steps + np.roll(steps, 1)) / 2
+    return weights, widths
 
 
 def in_words(numbers: Iterable[float]) -> str:
@@ -119,12 +128,9 @@ def dataset(
     if scan is None:
         scan = _flat(tables, unit)
         history = [*history, "tables differ in their directions: kept as a flat scan"]
-    scan = scan.assign_attrs({"history": "", "provenance": provenance} | dict(attrs))
-    if not np.any(np.nan_to_num(scan["brdf"].values)):
+    if not scan["brdf"].values.any():
         history = [*history, "every value is zero"]
-    for line in history:
-        scan = add_history(scan, line)
-    return scan
+    return scan.assign_attrs({"history": "\n".join(history), "provenance": provenance} | dict(attrs))
 
 
 def _dense(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset | None:
@@ -217,15 +223,19 @@ def on_grid(scan: xr.Dataset, sets: Sequence[str], title: str) -> xr.DataArray:
 
 
 def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
-    """The spherical grid that a file of tables stores for a scan: its own where it has one.
+    """The spherical grid that a file of tables stores for a scan: its own where it has one, all round.
 
-    Else its incidences, theta_r from 0 to 90 and azimuths all round, in steps [deg] near its own.
+    Azimuths that do not go round are mirrored. A scan without a grid gives its incidences, theta_r from 0 to 90 and
+    azimuths from 0 to 360 in steps [deg] near its own.
     """
     names = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in scan["brdf"].dims]
     system = system_of(scan)
     if system is not None and system.name == "spherical":
         kept = [n for n in names if n != "phi_i" or anisotropic]
-        return grid("spherical", **{n: np.unique(tidy(scan[n].values)) for n in kept})
+        axes = {n: np.unique(tidy(scan[n].values)) for n in kept}
+        if not is_round(axes["phi"]):  # a half stands for its mirror image too
+            axes["phi"] = np.unique(turned(np.concatenate([axes["phi"], -axes["phi"]])))
+        return grid("spherical", **axes)
     flat = flatten(scan)
     theta_i = np.unique(flat["theta_i"].values.round(6))
     if len(theta_i) > MOST_INCIDENCES:
@@ -235,9 +245,9 @@ def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
         "theta_r": np.arange(0.0, 90.0 + SAME, _step(flat["theta_r"].values)),
         "phi": np.arange(0.0, 360.0, _step(flat["phi"].values)),
     }
-    turned = np.unique(flat["phi_i"].values.round(6)) if "phi_i" in flat.coords else np.zeros(1)
-    if anisotropic and len(turned) > 1:
-        axes["phi_i"] = turned if len(turned) <= MOST_INCIDENCES else np.arange(0.0, 360.0, 15.0)
+    phi_i = np.unique(flat["phi_i"].values.round(6)) if "phi_i" in flat.coords else np.zeros(1)
+    if anisotropic and len(phi_i) > 1:
+        axes["phi_i"] = phi_i if len(phi_i) <= MOST_INCIDENCES else np.arange(0.0, 360.0, 15.0)
     return grid("spherical", **axes)
 
 

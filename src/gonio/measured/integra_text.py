@@ -14,7 +14,7 @@ import xarray as xr
 
 from gonio.files import FormatError
 from gonio.measured.dataset import HORIZON
-from gonio.measured.text import MOST_VALUES, Words, clip, lines
+from gonio.measured.text import MOST_VALUES, Words, clip, lines, remark_lines
 
 Values = npt.NDArray[np.float64]
 
@@ -195,7 +195,7 @@ def transmission(path: Path, header: Header) -> str:
 
 def head_lines(provenance: str, is_transmitted: bool) -> list[str]:
     """The comments and the source of a file to write."""
-    notes = provenance.splitlines()
+    notes = remark_lines(provenance)
     sources = [n for n in notes if n in {f"Source {s}" for s in _SOURCES}]
     comments = [f"{COMMENT} {n}" for n in notes if n not in sources]
     return [*comments, *([f"{COMMENT} {TRANSMITTED}"] if is_transmitted else []), sources[-1] if sources else _USUAL]

@@ -1,6 +1,6 @@
 """JSON with places: what it holds, and the line of any value in it, which is looked for only where it is wrong.
 
-Numbers are floats. Refused are what JSON is not (NaN, Infinity), names that are there twice, and nesting beyond DEEPEST.
+Numbers are floats. NaN and Infinity, names that are there twice, and nesting beyond DEEPEST are refused.
 """
 
 import json

@@ -4,13 +4,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.measured.coordinates import SYSTEMS, grid, system_of
-from gonio.measured.dataset import flatten, is_in_plane
+from gonio.measured.coordinates import grid, system_of
+from gonio.measured.dataset import flatten
 
 Values = npt.NDArray[np.float64]
 
 DECIMALS = 6  # of a degree; angles nearer than this are one
-MOST_NODES = 361  # of an axis
 AZIMUTH_STEP = 10.0  # deg, about the mirror direction
 NARROWEST, WIDEST = 0.5, 5.0  # deg, between nodes about the mirror direction
 
@@ -20,24 +19,26 @@ def own_grid(scan: xr.Dataset, *systems: str) -> xr.Dataset | None:
     found = system_of(scan)
     if found is None or found.name not in systems or scan["brdf"].dims == ("direction",):
         return None
-    return grid(found.name, **{a: scan[a].values for a in found.axes if a in scan["brdf"].dims})
+    axes = {a: scan[a].values for a in found.axes if a in scan["brdf"].dims}
+    return grid(found.name, **{a: _ascending(v, a in found.azimuths) for a, v in axes.items()})
+
+
+def _ascending(values: Values, is_azimuth: bool) -> Values:
+    """An axis as it is where it ascends from zero, else turned round until it does: files list ascending angles."""
+    if (np.diff(values) > 0).all() and not (is_azimuth and values[0] < 0):
+        return values
+    return np.unique(np.round(values % 360.0, DECIMALS) if is_azimuth else values)
 
 
 def mirror_grid(scan: xr.Dataset) -> xr.Dataset:
     """Directions (theta_i, theta_s, phi_s[, phi_i]) [deg] at the scan's incidence angles, with steps near its own.
 
-    In plane there are the two azimuths of the plane of incidence and the scan's own angles from the mirror direction.
+    Also of an in-plane scan: with the plane alone, a program would take what lies beside it from the two sides of it.
     """
     flat = flatten(scan)
     theta_i = _distinct(flat["theta_i"].values)
     turned = "phi_i" in flat.coords and len(_distinct(flat["phi_i"].values)) > 1
-    if is_in_plane(flat).all() and not turned:
-        azimuths = np.array([0.0, 180.0])
-        theta_s = _distinct(_from_mirror(flat))
-        if len(theta_s) <= MOST_NODES:
-            return grid("specular", theta_i=theta_i, theta_s=theta_s, phi_s=azimuths)
-    else:
-        azimuths = np.arange(0.0, 361.0, AZIMUTH_STEP)
+    azimuths = np.arange(0.0, 361.0, AZIMUTH_STEP)
     theta_s = np.arange(0.0, 90.0 + theta_i.max() + 1e-9, _step(flat["theta_r"].values))
     axes = {"theta_i": theta_i, "theta_s": theta_s, "phi_s": azimuths}
     return grid("specular", **axes, **({"phi_i": _distinct(flat["phi_i"].values % 360.0)} if turned else {}))
@@ -45,11 +46,6 @@ def mirror_grid(scan: xr.Dataset) -> xr.Dataset:
 
 def _distinct(values: Values) -> Values:
     return np.unique(np.round(np.asarray(values, dtype=float), DECIMALS)) + 0.0
-
-
-def _from_mirror(flat: xr.Dataset) -> Values:
-    theta_i, theta_r, phi = (flat[a].values.astype(float) for a in ("theta_i", "theta_r", "phi"))
-    return SYSTEMS["specular"].axes_of(theta_i, theta_r, phi, np.zeros(()))[1]
 
 
 def _step(theta_r: Values) -> float:

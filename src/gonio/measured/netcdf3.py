@@ -115,7 +115,7 @@ def _attributes(raw: Bytes) -> dict[str, Any]:
         if name in found:
             raise raw.wrong(f"the attribute {clip(name)!r} is there twice", at)
         if kind == "S1":
-            found[name] = raw.text(length, f"the attribute {clip(name)!r}")
+            found[name] = raw.text(length, f"the attribute {clip(name)!r}").rstrip("\0")  # an empty one is written so
         else:
             values = raw.array(kind, (length,), f"the attribute {clip(name)!r}")
             native = values.astype(values.dtype.newbyteorder("="))

@@ -23,6 +23,7 @@ from gonio.measured.text import clip, lines
 
 LONGEST = 1 << 20  # bytes of a line: a row of 0.01 deg steps in full precision
 MOST_VALUES = 8_000_000  # a table times its wavelengths
+MOST_BLANK = 10_000  # lines without words one after another
 MODES = ("reflection", "transmission")
 FORWARD = 180.0  # deg, phi of the forward direction
 GRAZING = 1e-6  # cosine below which an intensity says nothing of the BSDF
@@ -56,12 +57,14 @@ class Rows:
 
     def more(self) -> bool:
         """Whether there is a line with words ahead, behind blank ones that are skipped."""
-        while (entry := self._next()) is not None:
+        for _ in range(MOST_BLANK):
+            if (entry := self._next()) is None:
+                return False
             if entry[1].strip():
                 self._ahead.append(entry)
                 return True
             self.line = entry[0]
-        return False
+        raise self.wrong(f"{MOST_BLANK} blank lines: this is no such file")
 
     def text(self, expected: str) -> str:
         """The next line, whatever it holds."""
@@ -73,9 +76,9 @@ class Rows:
 
     def words(self, expected: str) -> list[str]:
         """The words of the next line that has any."""
-        while not (found := self.text(expected).split()):
-            pass
-        return found
+        if not self.more():
+            raise self.wrong(f"the file ends where {expected} was expected")
+        return self.text(expected).split()
 
     def numbers(self, expected: str, count: int) -> list[float]:
         """So many numbers, over as many lines as they take."""
@@ -128,11 +131,12 @@ def opened(path: Path, name: str, versions: Sequence[str], after: Callable[[str]
     comment = rows.text("the comment").strip()
     (length,) = rows.counts("the number of characters of the description", least=0)
     told = [rows.text("the description")]
-    while len("\n".join(told)) < length:
-        counted = sum(map(len, told)) + rows.break_length * (len(told) - 1)
-        if counted >= length and after(rows.peek()):
+    letters = len(told[0])
+    while letters + len(told) - 1 < length:
+        if letters + rows.break_length * (len(told) - 1) >= length and after(rows.peek()):
             break
         told.append(rows.text("the description"))
+        letters += len(told[-1])
     return rows, [*([COMMENT + comment] if comment else []), *(t.strip() for t in told if t.strip())]
 
 

@@ -59,11 +59,11 @@ def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
         levels.append(np.full(len(grid), level + finer))
         cells.append(np.array(corner) * width + inner)
         values.append(grid)
-    level, cell, value = np.concatenate(levels), np.concatenate(cells), np.concatenate(values)
+    every, cell, value = np.concatenate(levels), np.concatenate(cells), np.concatenate(values)
     if rank == 3:
-        used = 2 * cell[:, 0] < (1 << level)
-        level, cell, value = level[used], cell[used], value[used]
-    return level, cell, value
+        used = 2 * cell[:, 0] < (1 << every)
+        every, cell, value = every[used], cell[used], value[used]
+    return every, cell, value
 
 
 def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], Array]]:

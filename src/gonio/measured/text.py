@@ -176,3 +176,9 @@ def number(path: Path, line: int, text: str, expected: str) -> float:
     if not math.isfinite(value):
         raise FormatError(path, f"{expected} is {clip(text)!r}, not a finite number", f"line {line}")
     return value
+
+
+def remark_lines(text: str) -> list[str]:
+    """The lines of remarks as a text file can hold them: no control characters, no empty line, no space around."""
+    found = ("".join(c for c in line if c.isprintable() or c == "\t").strip() for line in text.splitlines())
+    return [line for line in found if line]

@@ -138,7 +138,9 @@ def check_chunks(plan: Plan) -> None:
             raw = _summed(plan, name, raw)
         found = _content(raw) if "zstd" in plan.codecs else len(raw)
         if found != plan.chunk_nbytes:
-            what = f"a chunk holds {found if found is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
+            what = (
+                f"a chunk holds {found if found is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
+            )
             raise FormatError(plan.store, what, f"{name}, byte 0")
 
 

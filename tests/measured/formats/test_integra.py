@@ -231,9 +231,10 @@ def test_a_scan_is_written_on_the_layout(suffix, tmp_path):
         scan = scan.assign_coords(mode="transmission")
     kind = next(f for f in formats().values() if f.suffix == suffix)
     on_grid = resample(scan, kind.layout(scan))
-    assert on_grid.sizes == {"theta_i": 2, "theta_s": 10, "phi_s": 2}
-    measured = ~np.isnan(on_grid["brdf"].values)
-    assert measured.sum() == 28  # 26 directions, and the mirror direction of both incidences twice
+    assert on_grid.sizes == {"theta_i": 2, "theta_s": 25, "phi_s": 37}  # every 5 deg to 90 + 30, and all round
+    beside = ~on_grid["phi"].round(6).isin([0, 180, 360]) & (on_grid["theta_s"] > 0) & (on_grid["theta_r"] > 1e-6)
+    assert on_grid["brdf"].where(beside).isnull().all()  # an in-plane scan says nothing beside its plane
+    assert on_grid["brdf"].notnull().sum() > 50
     with pytest.raises(ValueError, match="gaps"):
         write(on_grid, tmp_path / f"gaps{suffix}")
     filled = on_grid.assign(brdf=on_grid["brdf"].fillna(1 / 3).assign_attrs(units="sr-1"))

@@ -193,13 +193,10 @@ def full_size(tmp_path_factory):
 
 
 def test_the_full_size_is_read_within_a_second_and_in_little_memory(full_size):
-    """The BRDF and three angles are 70 MB; the best of three times, because other processes run beside."""
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        read(full_size)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 1
+    """The BRDF and three angles are 70 MB. The time is the processor's, because other processes run beside."""
+    start = time.process_time()
+    read(full_size)
+    assert time.process_time() - start < 1
     tracemalloc.start()
     scan = read(full_size)
     peak = tracemalloc.get_traced_memory()[1]

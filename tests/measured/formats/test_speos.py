@@ -285,6 +285,12 @@ def test_layout_keeps_phi_i_where_the_format_does():
     assert SPECTRAL.layout(flatten(scan))["theta_i"].values.tolist() == [5, 60]
 
 
+def test_layout_goes_all_round():
+    half = made().sel(phi=slice(0, 180))
+    assert ANISOTROPIC.layout(half)["phi"].values.tolist() == list(range(0, 360, 30))
+    assert ANISOTROPIC.layout(made())["phi"].values.tolist() == list(range(0, 360, 30))
+
+
 def test_writing_refuses_what_speos_does_not_take(tmp_path):
     scan = made()
     waves = xr.concat([scan, made() * 2 + 0.1], "wavelength").assign_coords(wavelength=[450.0, 550.0])
@@ -349,6 +355,18 @@ def test_more_after_the_last_table(tmp_path):
     path.write_text(PLAIN + "End of file\n7 7\n", encoding="utf-8")
     with pytest.raises(FormatError, match="after the last table"):
         ANISOTROPIC.read(path)
+
+
+def test_blank_lines_are_skipped_up_to_a_limit(tmp_path):
+    path = tmp_path / "file"
+    for count in (9_000, 11_000):
+        path.write_text(PLAIN.replace("45 2 3", "\n" * count + "45 2 3", 1), encoding="utf-8")
+        if count < 10_000:
+            assert ANISOTROPIC.read(path)["mode"].values.tolist() == ["reflection", "transmission"]
+            continue
+        with pytest.raises(FormatError, match="10000 blank lines") as refusal:
+            ANISOTROPIC.read(path)
+        assert refusal.value.where == f"line {29 + 10_000}"
 
 
 def test_too_many_values(tmp_path):

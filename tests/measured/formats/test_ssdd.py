@@ -194,11 +194,20 @@ def test_a_scattered_scan_gets_a_grid_about_the_mirror(tmp_path):
     scan = make_scan(np.full(8, 40.0), theta_r, np.full(8, 0.25), np.full(8, 180.0))
     on_grid = resample(scan, formats()["ssdd"].layout(scan))
     assert on_grid["brdf"].dims == ("theta_i", "theta_s", "phi_s")
-    assert np.isfinite(on_grid["brdf"].values).sum() == 9  # the mirror direction twice, and no theta_r of 80 deg
+    there = on_grid["brdf"].notnull()
+    assert on_grid["theta_r"].where(there).max() == pytest.approx(70)
+    assert set(on_grid["phi"].where(there).values[there.values].round(6)) == {180.0}
     with pytest.raises(ValueError, match="gaps"):
         write(on_grid, tmp_path / "a.ssdd")
     write(on_grid.assign(brdf=on_grid["brdf"].fillna(0.25).assign_attrs(units="sr-1")), tmp_path / "a.ssdd")
     assert np.nanmax(read(tmp_path / "a.ssdd")["brdf"]) == np.nanmin(read(tmp_path / "a.ssdd")["brdf"]) == 0.25
+
+
+@pytest.mark.parametrize("suffix", [".ssdd", ".ddr", ".astm"])
+def test_remarks_that_no_text_can_hold_are_cleaned(suffix, tmp_path):
+    scan = dense("specular", theta_i=[0, 30], theta_s=[0, 45], phi_s=[0, 90, 180])
+    write(scan.assign_attrs(provenance="\0\nsteel\x1b[0m, 2 mm \n"), tmp_path / f"a{suffix}")
+    assert read(tmp_path / f"a{suffix}").attrs["provenance"] == "steel[0m, 2 mm"
 
 
 def test_what_a_file_cannot_say_is_refused(tmp_path):

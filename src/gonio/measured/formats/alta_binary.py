@@ -36,7 +36,7 @@ def _read(path: Path) -> xr.Dataset:
         raise header.wrong("VS", "intervals (#VS) in a binary file are not read: save it as text with ALTA's data2data")
     for key, known in (("PRECISION", ("ieee754-double",)), ("VERSION", ("0",)), ("ENDIAN", tuple(ORDERS))):
         if header.text(key) not in known:
-            raise header.wrong(key, f"{header.said(key)}, not {' or '.join(known)}")
+            raise header.wrong(key, f"{header.said(key)}: it must be {' or '.join(known)}")
     rows, wide = header.whole("SAMPLE_COUNT", 1, MOST_VALUES), sum(header.dim)
     file.at = start = len(raw) + len(mark) + (2 if rest.startswith(b"\r\n") else 1)
     order = ORDERS[header.text("ENDIAN")]

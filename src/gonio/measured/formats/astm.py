@@ -22,7 +22,7 @@ import xarray as xr
 from gonio.files import FormatError
 from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import MOST_VALUES, clip, lines, number
+from gonio.measured.text import MOST_VALUES, clip, lines, number, remark_lines
 
 Values = npt.NDArray[np.float64]
 
@@ -164,7 +164,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     stored = [rows["theta_i"].values, angles["phi_i"], rows["theta_r"].values, angles["phi"] + angles["phi_i"]]
     table = np.column_stack([*(np.radians(a) for a in stored), *values]).tolist()
     with path.open("w", encoding="utf-8", newline="\n") as file:
-        for line in flat.attrs.get("provenance", "").splitlines():
+        for line in remark_lines(flat.attrs.get("provenance", "")):
             print(f"COMMENT {line}" if line.startswith(("VARS", "NUM_POINTS")) else line, file=file)
         print(f"NUM_POINTS {len(table)}\nVARS {','.join([*ANGLES, *columns])}", file=file)
         file.writelines(",".join(map(repr, row)) + "\n" for row in table)

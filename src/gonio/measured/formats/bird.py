@@ -80,7 +80,18 @@ def _numbers(document: Document, units: dict[str, float], *steps: str) -> Array:
         raise document.wrong(what, *steps, "unit")
     _check_numbers(document, values, *steps)
     found = np.array(values, dtype=float)
-    return found * units[unit] if units[unit] != 1.0 else found
+    return found if units[unit] == 1.0 else _product(document, found, units[unit], *steps)
+
+
+def _product(document: Document, values: Array, scale: float | Array, *steps: str) -> Array:
+    """Values in another unit; FormatError where that goes beyond every number."""
+    with np.errstate(over="ignore"):
+        found = values * scale
+    if not np.isfinite(found).all():
+        raise document.wrong(
+            f"a value of {clip(steps[-1])} is too large", *steps, "values", int(np.isinf(found).argmax())
+        )
+    return found
 
 
 def _check_numbers(document: Document, values: list[Any], *steps: str) -> None:
@@ -105,6 +116,7 @@ def _uncertainty(document: Document, brdf: Array) -> tuple[Array | None, list[st
     """The uncertainty of every value [1/sr] where the file states one, and what was done to it."""
     data = document.object("data")
     constant = data["BRDF"].get("uncertainty")
+    steps: tuple[str, ...]
     if "uBRDF" in data:
         units = {**_BRDF, _PERCENT: 1.0}
         found, steps = _numbers(document, units, "data", "uBRDF"), ("data", "uBRDF")
@@ -123,7 +135,10 @@ def _uncertainty(document: Document, brdf: Array) -> tuple[Array | None, list[st
         raise document.wrong(f"an uncertainty is {found[bad]:g}", *place)
     unit = document.object(*steps).get("unit")
     if unit == _PERCENT:
-        return found / 100 * np.abs(brdf), [*lines, "took the uncertainty from percent of the BRDF"]
+        return _product(document, found / 100, np.abs(brdf), *steps), [
+            *lines,
+            "took the uncertainty from percent of the BRDF",
+        ]
     if unit not in _BRDF:
         raise document.wrong(f"the uncertainty has the unit {clip(str(unit))!r}", *steps, "unit")
     return found, lines
@@ -135,11 +150,12 @@ def _others(document: Document) -> tuple[dict[str, Any], dict[str, tuple[Any, st
     coordinates: dict[str, Any] = {}
     variables: dict[str, tuple[Any, str]] = {}
     lines: list[str] = []
-    waves = {n: _numbers(document, _NANOMETRES, "data", n) for n in ("wavelength_i", "wavelength_r") if n in data}
-    for name, found in waves.items():
+    named = [n for n in ("wavelength_i", "wavelength_r") if n in data]
+    waves = {n: _numbers(document, _NANOMETRES, "data", n) for n in named}
+    for wave, found in waves.items():
         if np.any(found <= 0):
             bad = int(np.argmax(found <= 0))
-            raise document.wrong(f"{name} is {found[bad]:g}", "data", name, "values", bad)
+            raise document.wrong(f"{wave} is {found[bad]:g}", "data", wave, "values", bad)
     if "wavelength_i" in waves:
         coordinates["wavelength"] = waves["wavelength_i"]
     elif waves:
@@ -173,10 +189,14 @@ def _polarisation(document: Document, name: str) -> list[str]:
             found.append(value)
         elif notation == "inStokes" and isinstance(value, list) and len(value) == 4:
             if any(type(v) is not float or abs(v) > 1 for v in value) or value[0] != 1:
-                raise document.wrong(f"a Stokes vector of {name} is not 1 and three of -1 to 1", "data", name, "values", n)
+                raise document.wrong(
+                    f"a Stokes vector of {name} is not 1 and three of -1 to 1", "data", name, "values", n
+                )
             found.append(_STOKES.get(tuple(value)) or " ".join(f"{v:.17g}" for v in value))
         else:
-            what = f"{name} is {clip(str(value))} in the notation {clip(str(notation))!r}, not s, p, u or a Stokes vector"
+            what = (
+                f"{name} is {clip(str(value))} in the notation {clip(str(notation))!r}, not s, p, u or a Stokes vector"
+            )
             raise document.wrong(what, "data", name, "values", n)
     return found
 

@@ -18,7 +18,6 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.files import FormatError
 from gonio.measured import klems, tensor_tree
 from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
 from gonio.measured.elements import Element, parse
@@ -26,7 +25,7 @@ from gonio.measured.format import Format, Holds
 from gonio.measured.klems import Basis
 from gonio.measured.text import MOST_VALUES, clip, number
 
-KLEMS, TREE = "klems", "tensor-tree"
+NAME = "radiance"
 LEVEL = "level"  # variable of a tree: how often the square was halved
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
 _MODES = {"reflection": "BRDF", "transmission": "BTDF"}
@@ -104,7 +103,7 @@ def _blocks(layer: Element) -> tuple[list[Block], list[str]]:
     if not found:
         raise layer.wrong("the layer holds no WavelengthDataBlock with scattering data")
     if len({type(b.wavelength) for b in found}) > 1:
-        found = [Block(f"{b.wavelength}", b.mode, b.side, b.element) for b in found]
+        found = [Block(str(b.wavelength), b.mode, b.side, b.element) for b in found]
     seen: set[tuple[str | float, str, str]] = set()
     for b in found:
         if (b.wavelength, b.mode, b.side) in seen:
@@ -121,8 +120,8 @@ def _wavelength(element: Element, name: str) -> str | float:
     if scale is None:
         return _CHANNELS.get(name.upper(), name)
     value = number(element.path, element.line, name, "a wavelength")
-    if value <= 0:
-        raise element.wrong(f"a wavelength is {name}")
+    if not 0 < value < 1e100:
+        raise element.wrong(f"a wavelength is {clip(name)}")
     return value * scale
 
 
@@ -222,8 +221,10 @@ def _both(bounds: Element) -> tuple[Element, Element]:
 def _basis(block: Element, tag: str, bases: dict[str, Basis]) -> Basis:
     name = block.word(tag)
     if name.lower() not in bases:
-        known = ", ".join(b.name for b in bases.values())
-        raise block.child(tag).wrong(f"{tag} is {clip(name)!r}, which the file does not define; there are {clip(known, 200)}")
+        known = clip(", ".join(b.name for b in bases.values()), 200)
+        raise block.child(tag).wrong(
+            f"{tag} is {clip(name)!r}, which the file does not define; there are {clip(known, 200)}"
+        )
     return bases[name.lower()]
 
 
@@ -240,7 +241,7 @@ def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
         "theta_r": ("outgoing", theta_r, degree),
         "phi": (("incident", "outgoing"), phi, degree),
     }
-    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: KLEMS}
+    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: NAME}
     return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
 
 
@@ -270,7 +271,7 @@ def _trees(blocks: list[Block], rank: int) -> xr.Dataset:
         coordinates={name: np.repeat(v, counts) for name, v in names.items()},
         variables={LEVEL: (level.astype(np.int8), "1")},
     )
-    scan.attrs |= {PARAMETERISATION: TREE, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
+    scan.attrs |= {PARAMETERISATION: NAME, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
     return scan
 
 
@@ -282,16 +283,15 @@ def evaluate(
     Sets are the dimensions of a matrix before `incident`; of trees the coordinates of SETS that the scan has, in that
     order and sorted. Raises ValueError where the scan is neither.
     """
-    kind = scan.attrs.get(PARAMETERISATION)
     given = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
     t_i, t_r, azimuth, turn = np.broadcast_arrays(*given)
     column, row = 180.0 - turn, -(turn + azimuth)
-    if kind == KLEMS:
+    if "incident" in scan.dims:
         incident, outgoing = _bases_of(scan)
         i, o = incident.index(t_i, column), outgoing.index(t_r, row)
         values = scan["brdf"].transpose(..., "incident", "outgoing").values[..., i, o]
         return np.where((i >= 0) & (o >= 0), values, np.nan)
-    if kind == TREE and LEVEL in scan:
+    if LEVEL in scan:
         return _evaluate_trees(scan, (t_i, column, t_r, row))
     raise ValueError("the scan is no Klems matrix and no tensor tree")
 
@@ -302,7 +302,7 @@ def _evaluate_trees(scan: xr.Dataset, directions: tuple[Array, Array, Array, Arr
     shape = tuple(len(axis) for axis in axes)
     of_set = np.ravel_multi_index(places, shape)
     level, values = scan[LEVEL].values.astype(np.int64), scan["brdf"].values
-    phi_i = scan["phi_i"].values if "phi_i" in scan.coords else 0.0
+    phi_i = scan["phi_i"].values if "phi_i" in scan.coords else np.zeros(len(level))
     theta_i, theta_r, phi = (scan[n].values for n in ("theta_i", "theta_r", "phi"))
     rank = 4 if "phi_i" in scan.coords else 3
     cell = tensor_tree.cell_of(level, rank, theta_i, 180.0 - phi_i, theta_r, -(phi_i + phi))
@@ -321,7 +321,7 @@ def _bases_of(scan: xr.Dataset) -> tuple[Basis, Basis]:
         stated = [klems.from_text(scan.attrs[name]) for name in (_INCIDENT, _OUTGOING)]
     except (KeyError, ValueError):
         stated = []
-    pairs = [tuple(stated)] if stated else [(b, b) for b in klems.BASES]
+    pairs = [(stated[0], stated[1])] if stated else [(b, b) for b in klems.BASES]
     for incident, outgoing in pairs:
         own = patches(incident, outgoing)
         if all(own[n].shape == scan[n].shape and np.allclose(own[n], scan[n]) for n in own.coords if n in scan.coords):
@@ -342,7 +342,7 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """A matrix of what the scan has at each patch: where it was laid out by `layout`, the value at the patch's centre."""
+    """A matrix of what the scan has for each patch: the value at its centre, where `layout` laid the scan out."""
     from gonio.measured import window_xml
 
     bases = _bases_of(scan)
@@ -357,7 +357,7 @@ def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Ar
     if other := [n for n in names if n not in ("mode", "side", spectral)]:
         raise ValueError(f"Radiance XML does not tell several {' or '.join(other)} apart: select one")
     found: dict[tuple[str, str], list[tuple[str, Array]]] = {}
-    spectra = np.atleast_1d(scan[spectral].values).tolist() if spectral else ["Visible"]
+    spectra: list[str | float] = np.atleast_1d(scan[spectral].values).tolist() if spectral else ["Visible"]
     for at in np.ndindex(*(scan.sizes[n] for n in names)):
         one = scan.isel(dict(zip(names, at, strict=True)))
         matrix = one["brdf"].transpose("outgoing", "incident").values
@@ -365,9 +365,13 @@ def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Ar
             continue
         if not np.isfinite(matrix).all():
             raise ValueError("a patch has no value, and Radiance XML has no sign for a gap: fill it first")
-        mode, side = (str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front")))
+        mode, side = (
+            str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front"))
+        )
         if mode not in _MODES or side not in _SIDES:
-            raise ValueError(f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back")
+            raise ValueError(
+                f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back"
+            )
         own = one[spectral].values.item() if spectral else "Visible"
         found.setdefault(_wavelength_text(own, spectra), []).append((f"{mode.title()} {side.title()}", matrix))
     if not found:
@@ -384,12 +388,13 @@ def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
 
 
 FORMAT = Format(
-    name="radiance",
+    name=NAME,
     title="Radiance XML",
     suffix=".xml",
     recognises=_recognises,
     read=_read,
     write=_write,
     layout=_layout,
+    evaluate=evaluate,
     holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength")),
 )

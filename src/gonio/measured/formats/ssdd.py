@@ -32,6 +32,7 @@ from gonio.measured.formats.integra_specular import specular_scan
 from gonio.measured.mirror_grid import mirror_grid, own_grid
 from gonio.measured.ssdd_file import COLOURS, Block, read_blocks
 from gonio.measured.ssdd_scan import MODES, NAMES, ORDER, below_horizon, joined, relative_azimuths, scattering
+from gonio.measured.text import remark_lines
 
 Values = npt.NDArray[np.float64]
 
@@ -101,7 +102,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     heads = _head(scan)
     with path.open("wb") as file:
         file.write(f"VERSION {VERSION}\n".encode())
-        for line in scan.attrs.get("provenance", "").splitlines():
+        for line in remark_lines(scan.attrs.get("provenance", "")):
             file.write((line if _ENTRY.fullmatch(line) else f"# {line}").encode() + b"\n")
         for mode in modes:
             part = scan.sel(mode=mode) if "mode" in along else scan

@@ -158,10 +158,16 @@ BAD = {
 }
 
 
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """A store that tests copy before they damage it."""
+    return samples(tmp_path_factory.mktemp("sound"))[0]
+
+
 @pytest.mark.parametrize("name", BAD)
-def test_damaged_stores_are_refused_with_their_place(name, tmp_path):
+def test_damaged_stores_are_refused_with_their_place(name, sound, tmp_path):
     damage, where, what = BAD[name]
-    path = samples(tmp_path)[0]
+    path = shutil.copytree(sound, tmp_path / "scan.zarr")
     damage(path)
     with pytest.raises(FormatError) as caught:
         read(path)

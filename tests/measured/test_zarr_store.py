@@ -134,7 +134,7 @@ BAD = {
     "root": (with_value("node_type", "array", "zarr.json"), "zarr.json, line", "root is no group"),
     "json": (with_bytes("brdf/zarr.json", lambda raw: raw[:50]), "brdf/zarr.json, line 5", "no JSON"),
     "empty": (with_bytes("zarr.json", lambda raw: b""), "zarr.json, line 1", "no JSON"),
-    "deep": (with_bytes("zarr.json", lambda raw: b"[" * 1_000_000), "zarr.json, line 1", "64 deep"),
+    "deep": (with_bytes("zarr.json", lambda raw: b"[" * 900_000), "zarr.json, line 1", "64 deep"),
     "bit": (with_bytes("brdf/c/0", flipped), "brdf/c/0, byte", "checksum differs"),
     "cut": (with_bytes("brdf/c/0", lambda raw: raw[:-3]), "brdf/c/0, byte", "checksum differs"),
     "no-bytes": (with_bytes("brdf/c/0", lambda raw: b""), "brdf/c/0, byte 0", "checksum differs"),

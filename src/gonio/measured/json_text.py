@@ -3,6 +3,7 @@
 Numbers are floats. NaN and Infinity, names that are there twice, and nesting beyond DEEPEST are refused.
 """
 
+import itertools
 import json
 import re
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from gonio.files import FormatError
 from gonio.measured.text import clip
 
 DEEPEST = 64
+MOST_PARTS = 1_000_000  # lists and objects; each takes some hundred bytes of memory, and two in the file
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
 Step = str | int
 
@@ -55,6 +57,9 @@ def load(path: Path) -> Document:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", f"byte {error.start}") from error
+    if text.count("[") + text.count("{") > MOST_PARTS:
+        at = next(itertools.islice(re.finditer(r"[\[{]", text), MOST_PARTS, None)).start()
+        raise FormatError(path, f"holds more than {MOST_PARTS} lists and objects", _line(text, at))
     try:
         value = json.loads(text, parse_int=float, parse_constant=_no_constant, object_pairs_hook=_unique)
     except json.JSONDecodeError as error:

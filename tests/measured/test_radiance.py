@@ -253,8 +253,10 @@ BILLION = '<!DOCTYPE x [\n<!ENTITY a "aaaa">\n<!ENTITY b "&a;&a;">]>\n<WindowEle
         ("<WindowElement>" + "<a/>" * 200_000, "more than 100000 elements"),
         ('<?xml version="1.0" encoding="utf-7"?>\n<WindowElement/>', "encod"),
         (b"<WindowElement>\xff</WindowElement>", "no well-formed XML"),
+        ("<WindowElement a='" + "x" * 3_000_000, "a tag is longer than 1048576 bytes"),
+        (matrix_file(block("Reflection Front", COARSE, "1 " * 100_000)), "longer than 5 x 5 values need"),
     ],
-    ids=["entities", "external", "braces", "open-braces", "elements", "many", "encoding", "bytes"],
+    ids=["entities", "external", "braces", "open-braces", "elements", "many", "encoding", "bytes", "tag", "text"],
 )
 def test_hostile_files_are_refused_at_once(text, message, tmp_path):
     with pytest.raises(FormatError, match=message) as caught:

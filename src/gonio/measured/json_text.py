@@ -15,6 +15,7 @@ from gonio.files import FormatError
 from gonio.measured.text import clip
 
 DEEPEST = 64
+MOST_PLACES = 200_000  # values among which a place is looked for; of a later one it is that of what holds it
 MOST_PARTS = 1_000_000  # lists and objects; each takes some hundred bytes of memory, and two in the file
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
 Step = str | int
@@ -34,11 +35,13 @@ class Document:
 
     def wrong(self, what: str, *steps: Step) -> FormatError:
         """The error to raise for what is wrong with the value at these names and indexes, or with what holds it."""
-        for known in range(len(steps), 0, -1):
-            for at, place, _ in _places(self.text):
-                if place == list(steps[:known]):
-                    return FormatError(self.path, what, _line(self.text, at))
-        return FormatError(self.path, what, "line 1")
+        known, found = 0, 0
+        for at, place, _ in itertools.islice(_places(self.text), MOST_PLACES):
+            if len(place) == known + 1 and tuple(place) == steps[: known + 1]:
+                known, found = known + 1, at
+                if known == len(steps):
+                    break
+        return FormatError(self.path, what, _line(self.text, found))
 
     def object(self, *steps: str) -> dict[str, Any]:
         """The object at these names; FormatError where there is none."""

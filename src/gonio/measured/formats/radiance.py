@@ -24,6 +24,7 @@ from gonio.measured.format import Format, Holds
 from gonio.measured.klems import Basis
 from gonio.measured.text import MOST_VALUES, clip
 
+LONGEST_NUMBER = 100  # characters with the white space around it
 KLEMS, TREE = "klems", "tensor-tree"
 LEVEL = "level"  # variable of a tree: how often the square was halved
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
@@ -78,6 +79,8 @@ def _matrices(definition: Element, blocks: list[window_blocks.Block], by_rows: b
         )
         if both != (incident, outgoing):
             raise b.element.wrong("the angle bases differ from those of the first block")
+        if len(b.data.text) > LONGEST_NUMBER * incident.size * outgoing.size + LONGEST_NUMBER:
+            raise b.data.wrong(f"ScatteringData is longer than {outgoing.size} x {incident.size} values need")
         found = tensor_tree.numbers(b.data, b.data.text)
         if found.size != incident.size * outgoing.size:
             what = f"ScatteringData holds {found.size} values, not {outgoing.size} x {incident.size}"

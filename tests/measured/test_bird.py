@@ -209,8 +209,10 @@ BAD = {
     "infinity": (changed("BRDF", "values", 0, float("-inf")), "-Infinity", "-Infinity is no JSON"),
     "twice": (changed("BRDF", "values", 0, 1).replace('"uBRDF"', '"BRDF"'), None, "'BRDF' is there twice"),
     "comma": (changed("BRDF", "values", 0, 1).replace('"unit": "%",', '"unit": "%"'), None, "no JSON"),
-    "deep": (changed("BRDF", "values", 0, 77).replace("77", "[" * 1_000_000), None, "more than 64 deep"),
-    "deep-objects": ('{"metadata": {}, "theta_i": ' + '{"a":' * 1_000_000, "{", "more than 64 deep"),
+    "deep": (changed("BRDF", "values", 0, 77).replace("77", "[" * 900_000), None, "more than 64 deep"),
+    "many": (changed("BRDF", "values", 0, 77).replace("77", "[],\n" * 1_000_000), None, "more than 1000000 lists"),
+    "deepest": (changed("BRDF", "values", 0, 77).replace("77", "[" * 2_000_000), None, "more than 1000000 lists"),
+    "deep-objects": ('{"metadata": {}, "theta_i": ' + '{"a":' * 900_000, "{", "more than 64 deep"),
     "huge-number": (changed("BRDF", "values", 0, 77).replace("77", "9" * 100_000), None, "BRDF is inf"),
 }
 

@@ -220,6 +220,9 @@ BAD = {
     "unclosed-tree": (tree_file("{ 0.1"), "</ScatteringData>", "ends before its last"),
     "no-tree": (tree_file(" "), "</ScatteringData>", "there is no tree"),
     "branches": (tree_file("{ { 1 } { 2 }\n}"), "}\n</Sc", "2 branches, not 8"),
+    "tree-infinite": (tree_file("{ {1} {2}\n{ 1e999 } {1} {1} {1} {1} {1} }"), "{ 1e999", "'1e999', not a finite"),
+    "tree-word": (tree_file("{ {1} {2}\n{ 1x } {1} {1} {1} {1} {1} }"), "{ 1x", "'1x', not a finite"),
+    "tree-underscore": (tree_file("{ {1} {2}\n{ 1_0 } {1} {1} {1} {1} {1} }"), "{ 1_0", "'1_0', not a finite"),
     "grid": (tree_file("{ 1 2 3 }"), "{ 1 2 3 }", "3 values, not a power of 8"),
     "stray": (tree_file("{ 1 }\n}"), "}\n</Sc", "'}' without '{'"),
     "mixed": (tree_file("{ { 1 } 2 }"), "{ { 1 } 2 }", "'2' where"),
@@ -253,8 +256,10 @@ BILLION = '<!DOCTYPE x [\n<!ENTITY a "aaaa">\n<!ENTITY b "&a;&a;">]>\n<WindowEle
         ("<WindowElement>" + "<a/>" * 200_000, "more than 100000 elements"),
         ('<?xml version="1.0" encoding="utf-7"?>\n<WindowElement/>', "encod"),
         (b"<WindowElement>\xff</WindowElement>", "no well-formed XML"),
+        ("<WindowElement a='" + "x" * 3_000_000, "a tag is longer than 1048576 bytes"),
+        (matrix_file(block("Reflection Front", COARSE, "1 " * 100_000)), "longer than 5 x 5 values need"),
     ],
-    ids=["entities", "external", "braces", "open-braces", "elements", "many", "encoding", "bytes"],
+    ids=["entities", "external", "braces", "open-braces", "elements", "many", "encoding", "bytes", "tag", "text"],
 )
 def test_hostile_files_are_refused_at_once(text, message, tmp_path):
     with pytest.raises(FormatError, match=message) as caught:

@@ -134,7 +134,7 @@ BAD = {
     "root": (with_value("node_type", "array", "zarr.json"), "zarr.json, line", "root is no group"),
     "json": (with_bytes("brdf/zarr.json", lambda raw: raw[:50]), "brdf/zarr.json, line 5", "no JSON"),
     "empty": (with_bytes("zarr.json", lambda raw: b""), "zarr.json, line 1", "no JSON"),
-    "deep": (with_bytes("zarr.json", lambda raw: b"[" * 1_000_000), "zarr.json, line 1", "64 deep"),
+    "deep": (with_bytes("zarr.json", lambda raw: b"[" * 900_000), "zarr.json, line 1", "64 deep"),
     "bit": (with_bytes("brdf/c/0", flipped), "brdf/c/0, byte", "checksum differs"),
     "cut": (with_bytes("brdf/c/0", lambda raw: raw[:-3]), "brdf/c/0, byte", "checksum differs"),
     "no-bytes": (with_bytes("brdf/c/0", lambda raw: b""), "brdf/c/0, byte 0", "checksum differs"),
@@ -158,10 +158,16 @@ BAD = {
 }
 
 
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """A store that tests copy before they damage it."""
+    return samples(tmp_path_factory.mktemp("sound"))[0]
+
+
 @pytest.mark.parametrize("name", BAD)
-def test_damaged_stores_are_refused_with_their_place(name, tmp_path):
+def test_damaged_stores_are_refused_with_their_place(name, sound, tmp_path):
     damage, where, what = BAD[name]
-    path = samples(tmp_path)[0]
+    path = shutil.copytree(sound, tmp_path / "scan.zarr")
     damage(path)
     with pytest.raises(FormatError) as caught:
         read(path)

@@ -9,6 +9,7 @@ from gonio.measured.text import clip
 
 DEEPEST = 40  # elements within each other; no measurement has more
 MOST_ELEMENTS = 100_000
+LONGEST_TAG = 1_048_576  # bytes
 _CHUNK = 65_536
 
 
@@ -109,8 +110,13 @@ def parse(path: Path) -> tuple[Element, list[str]]:
     builder.parser = parser
     try:
         with path.open("rb") as file:
+            fed = 0
             while chunk := file.read(_CHUNK):
                 parser.feed(chunk)
+                fed += len(chunk)
+                if fed - parser.parser.CurrentByteIndex > LONGEST_TAG:
+                    line = parser.parser.CurrentLineNumber
+                    raise FormatError(path, f"a tag is longer than {LONGEST_TAG} bytes", f"line {line}")
         root = parser.close()
     except ParseError as error:
         raise FormatError(

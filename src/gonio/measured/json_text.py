@@ -3,6 +3,7 @@
 Numbers are floats. NaN and Infinity, names that are there twice, and nesting beyond DEEPEST are refused.
 """
 
+import itertools
 import json
 import re
 from collections.abc import Iterator
@@ -14,6 +15,8 @@ from gonio.files import FormatError
 from gonio.measured.text import clip
 
 DEEPEST = 64
+MOST_PLACES = 200_000  # values among which a place is looked for; of a later one it is that of what holds it
+MOST_PARTS = 1_000_000  # lists and objects; each takes some hundred bytes of memory, and two in the file
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
 Step = str | int
 
@@ -32,11 +35,13 @@ class Document:
 
     def wrong(self, what: str, *steps: Step) -> FormatError:
         """The error to raise for what is wrong with the value at these names and indexes, or with what holds it."""
-        for known in range(len(steps), 0, -1):
-            for at, place, _ in _places(self.text):
-                if place == list(steps[:known]):
-                    return FormatError(self.path, what, _line(self.text, at))
-        return FormatError(self.path, what, "line 1")
+        known, found = 0, 0
+        for at, place, _ in itertools.islice(_places(self.text), MOST_PLACES):
+            if len(place) == known + 1 and tuple(place) == steps[: known + 1]:
+                known, found = known + 1, at
+                if known == len(steps):
+                    break
+        return FormatError(self.path, what, _line(self.text, found))
 
     def object(self, *steps: str) -> dict[str, Any]:
         """The object at these names; FormatError where there is none."""
@@ -55,6 +60,9 @@ def load(path: Path) -> Document:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", f"byte {error.start}") from error
+    if text.count("[") + text.count("{") > MOST_PARTS:
+        at = next(itertools.islice(re.finditer(r"[\[{]", text), MOST_PARTS, None)).start()
+        raise FormatError(path, f"holds more than {MOST_PARTS} lists and objects", _line(text, at))
     try:
         value = json.loads(text, parse_int=float, parse_constant=_no_constant, object_pairs_hook=_unique)
     except json.JSONDecodeError as error:

@@ -49,25 +49,31 @@ def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
     Branches have the first coordinate's half in the lowest bit of their number; a grid has its first coordinate
     slowest. Only the cells that directions fall in are kept.
     """
-    levels, cells, values = [], [], []
-    for level, corner, grid in _grids(data, rank):
-        finer = (len(grid).bit_length() - 1) // rank
+    levels, corners, finers, values = [], [], [], []
+    for level, corner, finer, grid in _grids(data, rank):
         if level + finer > DEEPEST:
             raise data.wrong(f"the tree is finer than 2^-{DEEPEST}")
-        width = 1 << finer
-        inner = np.stack(np.unravel_index(np.arange(len(grid)), (width,) * rank), axis=-1)
-        levels.append(np.full(len(grid), level + finer))
-        cells.append(np.array(corner) * width + inner)
-        values.append(grid)
-    every, cell, value = np.concatenate(levels), np.concatenate(cells), np.concatenate(values)
+        levels.append(level)
+        corners.append(corner)
+        finers.append(finer)
+        values += grid
+    value = np.array(values)
+    if not np.isfinite(value).all():
+        numbers(data, data.text.replace("{", " ").replace("}", " "))  # says where
+    counts = np.left_shift(1, np.array(finers) * rank)
+    finer_of, level_of, cell = (np.repeat(np.array(v), counts, axis=0) for v in (finers, levels, corners))
+    rest = np.arange(len(value)) - np.repeat(np.cumsum(counts) - counts, counts)
+    inner = [rest >> finer_of * (rank - 1 - d) & (1 << finer_of) - 1 for d in range(rank)]
+    cell = (cell << finer_of[:, None]) + np.stack(inner, axis=-1)
+    every = level_of + finer_of
     if rank == 3:
         used = 2 * cell[:, 0] < (1 << every)
         every, cell, value = every[used], cell[used], value[used]
     return every, cell, value
 
 
-def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], Array]]:
-    """Level, corner and values of every innermost `{ }`, in the order of the file."""
+def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], int, list[float]]]:
+    """Level, corner, further levels and values of every innermost `{ }`, in the order of the file."""
     branches = 1 << rank
     seen: list[int] = []  # the branches of each open node so far
     corners: list[tuple[int, ...]] = []
@@ -99,18 +105,23 @@ def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], Arr
         elif word.replace(",", " ").strip():
             if not seen or seen[-1]:
                 raise data.wrong(f"{clip(word.strip())!r} where {'{ or }' if seen else '{'} was expected", at)
-            yield len(seen) - 1, corners[-1], _values(data, word, at, rank)
+            yield len(seen) - 1, corners[-1], *_values(data, word, at, rank)
             held = True
     if not ended:
         raise data.wrong("the tree ends before its last '}'" if seen else "there is no tree", len(data.text))
 
 
-def _values(data: Element, words: str, at: int, rank: int) -> Array:
-    grid = numbers(data, words, at)
+def _values(data: Element, words: str, at: int, rank: int) -> tuple[int, list[float]]:
+    """How many levels a grid adds, and its values."""
+    try:
+        grid = list(map(float, words.replace(",", " ").split()))
+    except ValueError:
+        grid = numbers(data, words, at).tolist()
     finer, rest = divmod(len(grid).bit_length() - 1, rank)
-    if rest or len(grid) != 1 << finer * rank:
+    if rest or "_" in words or len(grid) != 1 << finer * rank:
+        numbers(data, words, at)
         raise data.wrong(f"a grid holds {len(grid)} values, not a power of {1 << rank}", at)
-    return grid
+    return finer, grid
 
 
 def numbers(data: Element, text: str, at: int = 0) -> Array:

@@ -17,7 +17,7 @@ from gonio.measured.json_text import Document, load
 from gonio.measured.text import MOST_VALUES, clip
 
 METADATA = "zarr.json"
-LONGEST_METADATA = 16_777_216  # bytes
+LONGEST_METADATA = 4_194_304  # bytes
 MOST_BYTES_OF_CHUNK = 67_108_864
 _KINDS = ("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64")
 _CODECS = ("bytes", "zstd", "crc32c")

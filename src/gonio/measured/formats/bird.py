@@ -231,7 +231,7 @@ def _adhoc(
 
 def _recognises(head: bytes) -> bool:
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if not start.startswith(b"{"):
+    if not start.startswith(b"{") or b'"$schema"' in head:  # a schema names what a document has
         return False
     named = b"brdf_json_schema" in head or b'"theta_i"' in head
     return named or (b'"metadata"' in head and b'"BRDF"' in head)

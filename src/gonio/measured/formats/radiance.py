@@ -11,44 +11,25 @@ side, azimuths being counted about the front's normal.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.measured import klems, tensor_tree
+from gonio.measured import klems, tensor_tree, window_blocks
 from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
 from gonio.measured.elements import Element, parse
 from gonio.measured.format import Format, Holds
 from gonio.measured.klems import Basis
-from gonio.measured.text import MOST_VALUES, clip, number
+from gonio.measured.text import MOST_VALUES, clip
 
+LONGEST_NUMBER = 100  # characters with the white space around it
 NAME = "radiance"
 LEVEL = "level"  # variable of a tree: how often the square was halved
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
-_MODES = {"reflection": "BRDF", "transmission": "BTDF"}
-_SIDES = ("front", "back")
-_CHROMATICITIES = ("cie-u", "cie-v")
-_CHANNELS = {"CIE-X": "X", "CIE-Y": "Y", "CIE-Z": "Z"}
-_NANOMETRES = {"nanometer": 1.0, "nanometers": 1.0, "nm": 1.0, "micron": 1e3, "micrometer": 1e3, "um": 1e3}
 _INCIDENT, _OUTGOING = "incident_basis", "outgoing_basis"
 Array = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Block:
-    """One WavelengthDataBlock: its sets and the element of its data."""
-
-    wavelength: str | float
-    mode: str
-    side: str
-    element: Element
-
-    @property
-    def data(self) -> Element:
-        return self.element.child("ScatteringData")
 
 
 def _read(path: Path) -> xr.Dataset:
@@ -59,7 +40,7 @@ def _read(path: Path) -> xr.Dataset:
     layer = optical.child("Layer")
     definition = layer.child("DataDefinition")
     structure = definition.word("IncidentDataStructure")
-    blocks, left_out = _blocks(layer)
+    blocks, left_out = window_blocks.blocks(layer)
     if len(optical.all("Layer")) > 1:
         left_out = [*left_out, "left out the layers after the first"]
     if structure.lower() in ("columns", "rows"):
@@ -71,89 +52,35 @@ def _read(path: Path) -> xr.Dataset:
         raise definition.child("IncidentDataStructure").wrong(what)
     if not np.any(np.nan_to_num(scan["brdf"].values)):
         raise blocks[0].data.wrong("every brdf value is zero: the layer scatters nothing, or the data are wrong")
-    scan.attrs["provenance"] = "\n".join([*remarks, *_about(layer)])
+    scan.attrs["provenance"] = "\n".join([*remarks, *window_blocks.about(layer)])
     for line in left_out:
         scan = add_history(scan, line)
     return scan
-
-
-def _about(layer: Element) -> list[str]:
-    """What the file says of the material and the spectra, a line each."""
-    material = layer.find("Material")
-    named = list(material.children) if material else []
-    for wavelength in layer.all("WavelengthData"):
-        named += [e for tag in ("SourceSpectrum", "DetectorSpectrum") for e in wavelength.all(tag)]
-    lines = [f"{e.tag}: {' '.join(e.text.split())} {e.attributes.get('unit', '')}".rstrip() for e in named if e.text]
-    return list(dict.fromkeys(line for line in lines if not line.endswith(":")))
-
-
-def _blocks(layer: Element) -> tuple[list[Block], list[str]]:
-    """Every block of data with its sets, and lines that say what was left out."""
-    found: list[Block] = []
-    left_out = []
-    for element in layer.all("WavelengthData"):
-        name = element.word("Wavelength")
-        if name.lower() in _CHROMATICITIES:
-            left_out.append(f"left out {name}, a chromaticity")
-            continue
-        wavelength = _wavelength(element.child("Wavelength"), name)
-        for block in element.all("WavelengthDataBlock"):
-            mode, side = _direction(block)
-            found.append(Block(wavelength, mode, side, block))
-    if not found:
-        raise layer.wrong("the layer holds no WavelengthDataBlock with scattering data")
-    if len({type(b.wavelength) for b in found}) > 1:
-        found = [Block(str(b.wavelength), b.mode, b.side, b.element) for b in found]
-    seen: set[tuple[str | float, str, str]] = set()
-    for b in found:
-        if (b.wavelength, b.mode, b.side) in seen:
-            raise b.element.wrong(f"{b.mode} of the {b.side} for {b.wavelength} is there twice")
-        seen.add((b.wavelength, b.mode, b.side))
-    if {b.wavelength for b in found} >= {"Visible", "X", "Z"}:
-        found = [Block("Y" if b.wavelength == "Visible" else b.wavelength, b.mode, b.side, b.element) for b in found]
-    return found, list(dict.fromkeys(left_out))
-
-
-def _wavelength(element: Element, name: str) -> str | float:
-    """The channel's name, or the wavelength [nm]."""
-    scale = _NANOMETRES.get(element.attributes.get("unit", "").lower())
-    if scale is None:
-        return _CHANNELS.get(name.upper(), name)
-    value = number(element.path, element.line, name, "a wavelength")
-    if not 0 < value < 1e100:
-        raise element.wrong(f"a wavelength is {clip(name)}")
-    return value * scale
-
-
-def _direction(block: Element) -> tuple[str, str]:
-    words = block.word("WavelengthDataDirection").lower().split()
-    if len(words) != 2 or words[0] not in _MODES or words[1] not in _SIDES:
-        what = f"WavelengthDataDirection is {clip(' '.join(words))!r}, not Reflection or Transmission, Front or Back"
-        raise block.child("WavelengthDataDirection").wrong(what)
-    kind = block.find("ScatteringDataType")
-    if kind is not None and kind.text.strip().upper() not in ("BRDF", "BTDF", "BSDF"):
-        raise kind.wrong(f"ScatteringDataType is {clip(kind.text.strip())!r}, not BRDF or BTDF")
-    return words[0], words[1]
 
 
 def _in_order(values: Iterable[str | float]) -> list[str | float]:
     return list(dict.fromkeys(values))
 
 
-def _matrices(definition: Element, blocks: list[Block], by_rows: bool) -> xr.Dataset:
+def _matrices(definition: Element, blocks: list[window_blocks.Block], by_rows: bool) -> xr.Dataset:
     """The Dataset (channel or wavelength, mode, side, incident, outgoing) of the matrices."""
-    bases, remarks = _bases(definition)
-    incident = _basis(blocks[0].element, "ColumnAngleBasis", bases)
-    outgoing = _basis(blocks[0].element, "RowAngleBasis", bases)
+    bases, remarks = window_blocks.bases(definition)
+    incident = window_blocks.basis(blocks[0].element, "ColumnAngleBasis", bases)
+    outgoing = window_blocks.basis(blocks[0].element, "RowAngleBasis", bases)
     axes = [_in_order(v) for v in zip(*((b.mode, b.side, b.wavelength) for b in blocks), strict=True)]
     shape = (*map(len, axes), incident.size, outgoing.size)
     if math.prod(shape) > MOST_VALUES:
         raise blocks[0].element.wrong(f"the matrices together would hold more than {MOST_VALUES} values")
     values = np.full(shape, np.nan)
     for b in blocks:
-        both = _basis(b.element, "ColumnAngleBasis", bases), _basis(b.element, "RowAngleBasis", bases)
+        both = (
+            window_blocks.basis(b.element, "ColumnAngleBasis", bases),
+            window_blocks.basis(b.element, "RowAngleBasis", bases),
+        )
         if both != (incident, outgoing):
             raise b.element.wrong("the angle bases differ from those of the first block")
+        if len(b.data.text) > LONGEST_NUMBER * incident.size * outgoing.size + LONGEST_NUMBER:
+            raise b.data.wrong(f"ScatteringData is longer than {outgoing.size} x {incident.size} values need")
         found = tensor_tree.numbers(b.data, b.data.text)
         if found.size != incident.size * outgoing.size:
             what = f"ScatteringData holds {found.size} values, not {outgoing.size} x {incident.size}"
@@ -180,54 +107,6 @@ def _sets(modes: list, sides: list, wavelengths: list) -> dict:
     return {"mode": ("mode", modes), "side": ("side", sides), spectral: (spectral, wavelengths, attrs)}
 
 
-def _bases(definition: Element) -> tuple[dict[str, Basis], list[str]]:
-    """The known bases and those that the file defines, which come first, by name in small letters."""
-    bases = {b.name.lower(): b for b in klems.BASES}
-    remarks = []
-    for element in definition.all("AngleBasis"):
-        found = _defined(element)
-        known = bases.get(found.name.lower(), found)
-        if known.counts == found.counts and np.allclose(known.bounds, found.bounds, atol=1e-6):
-            found = known
-        else:
-            remarks.append(f"took the file's own definition of {known.name}, which is not Radiance's")
-        bases[found.name.lower()] = found
-    return bases, remarks
-
-
-def _defined(element: Element) -> Basis:
-    name = element.word("AngleBasisName")
-    lower, counts, upper = [], [], 0.0
-    for block in element.all("AngleBasisBlock"):
-        bounds = block.child("ThetaBounds")
-        low, high = (number(b.path, b.line, bounds.word(b.tag), b.tag) for b in _both(bounds))
-        text = block.word("nPhis")
-        if not text.isdecimal() or not 0 < int(text[:9]) <= 3600 or len(text) > 9:
-            raise block.child("nPhis").wrong(f"nPhis is {clip(text)!r}, not a count from 1 to 3600")
-        if not abs(low - upper) < 1e-6 or not low < high <= 90:
-            raise bounds.wrong(f"a band reaches from {low:g} to {high:g}; it must begin at {upper:g} and end by 90 deg")
-        lower.append(upper)
-        counts.append(int(text))
-        upper = high
-    if not lower or sum(counts) ** 2 > MOST_VALUES:
-        raise element.wrong(f"the angle basis {clip(name)!r} has {sum(counts)} patches")
-    return Basis(name, tuple(lower), tuple(counts), upper)
-
-
-def _both(bounds: Element) -> tuple[Element, Element]:
-    return bounds.child("LowerTheta"), bounds.child("UpperTheta")
-
-
-def _basis(block: Element, tag: str, bases: dict[str, Basis]) -> Basis:
-    name = block.word(tag)
-    if name.lower() not in bases:
-        known = clip(", ".join(b.name for b in bases.values()), 200)
-        raise block.child(tag).wrong(
-            f"{tag} is {clip(name)!r}, which the file does not define; there are {clip(known, 200)}"
-        )
-    return bases[name.lower()]
-
-
 def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
     """The centres of the patches as coordinates theta_i, phi_i (incident), theta_r (outgoing) and phi (both) [deg]."""
     theta_i, column = incident.centres()
@@ -245,7 +124,7 @@ def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
     return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
 
 
-def _trees(blocks: list[Block], rank: int) -> xr.Dataset:
+def _trees(blocks: list[window_blocks.Block], rank: int) -> xr.Dataset:
     """The flat Dataset of the cells' centres, with the level of each cell."""
     found, total = [], 0
     for b in blocks:
@@ -258,7 +137,7 @@ def _trees(blocks: list[Block], rank: int) -> xr.Dataset:
             raise b.data.wrong(f"the trees together hold more than {MOST_VALUES} values")
     level, cell, values = (np.concatenate(v) for v in zip(*found, strict=True))
     counts = [len(leaves[0]) for leaves in found]
-    names = {"mode": [b.mode for b in blocks], "side": [b.side for b in blocks]}
+    names: dict[str, list] = {"mode": [b.mode for b in blocks], "side": [b.side for b in blocks]}
     names |= {_spectral([b.wavelength for b in blocks]): [b.wavelength for b in blocks]}
     theta_i, column, theta_r, row = tensor_tree.centres(level, cell)
     phi_i = (180.0 - column) % 360.0
@@ -368,7 +247,7 @@ def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Ar
         mode, side = (
             str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front"))
         )
-        if mode not in _MODES or side not in _SIDES:
+        if mode not in window_blocks.MODES or side not in window_blocks.SIDES:
             raise ValueError(
                 f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back"
             )
@@ -384,7 +263,7 @@ def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
         return f"{own!r}", "nm"
     if own == "Y" and {"X", "Z"} <= set(spectra):
         return "Visible", "Integral"
-    return next((text for text, name in _CHANNELS.items() if name == own), own), "Integral"
+    return next((text for text, name in window_blocks.CHANNELS.items() if name == own), own), "Integral"
 
 
 FORMAT = Format(

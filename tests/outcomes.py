@@ -77,7 +77,10 @@ def wrong_with_error(error: FormatError, path: Path) -> str:
         return "is not one line of printable characters"
     if len(text) > LONGEST_MESSAGE + len(str(path)):
         return f"is {len(text)} characters long"
-    if not error.where.startswith(("line ", "byte ")) and not any(words in text for words in ALLOWED):
+    place = (
+        error.where.rpartition(", ")[2] if Path(path).is_dir() else error.where
+    )  # in a directory, a file comes first
+    if not place.startswith(("line ", "byte ")) and not any(words in text for words in ALLOWED):
         return f"names no place (where is {error.where!r})"
     return ""
 

@@ -18,7 +18,7 @@ from gonio.measured.format import Format
 from mutations import choice, mutated
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
-EASY = 20_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
+EASY = 2_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,8 @@ def seeds(name: str) -> list[Seed]:
             written = importlib.import_module(f"samples.{module}").samples(Path(folder))
             found = [_content(path) for path in written if registry.recognise(path).name == name]
     real = [path for kind, path in _real_files() if kind == name]
-    if (
-        registry.formats()[name].rank == registry.LAST
-    ):  # it takes what nobody else does, so it must be called by its name
+    # The last format takes what nobody else does: of that only what is called by its name is a sample of it.
+    if registry.formats()[name].rank == registry.LAST:
         real = [path for path in real if path.suffix == registry.formats()[name].suffix and "scans" in path.parts]
     found += [_content(path) for path in real]
     if not found:
@@ -88,7 +87,7 @@ def damaged(name: str, seed: int, number: int) -> tuple[Seed, list[str]]:
     """Input `number` of a format, and what was done to the file that it comes from."""
     rng = np.random.default_rng((seed, number))
     known = seeds(name)
-    weights = [1.0 / max(s.size, EASY // 10) for s in known]
+    weights = [1.0 / max(s.size, EASY) for s in known]
     chosen, other = (known[choice(rng, weights)] for _ in range(2))
     part = list(chosen.files)[int(len(chosen.files) * rng.random())]
     strange = next(iter(other.files.values()))

@@ -72,7 +72,7 @@ def _read(path: Path) -> xr.Dataset:
 def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
     comments, last = [], 1
     for number, line in source:
-        last = number
+        last = number if line else last
         if line.startswith("#"):
             comments.append(line[1:].removeprefix(" "))
         elif line.strip():

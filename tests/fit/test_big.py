@@ -150,7 +150,7 @@ def test_a_point_that_one_value_fits_alone(big, monkeypatch):
 
 
 def test_products_are_those_of_the_whole(big):
-    """Residual and Jacobian in few rows have the lengths and products of the whole; curvature is that of differences."""
+    """Residual and Jacobian in few rows have the products of the whole; curvature is that of differences."""
     problem = Problem(catalogue["ggx"], misfit(table("ggx")), weighting="log")
     many = problem.bulk
     vector = np.array([1.1, 0.9, 0.6, 0.3, 0.25, 0.2, 0.35, 1.6, 0.6])
@@ -256,7 +256,7 @@ def test_points_that_do_not_belong(big, monkeypatch):
     whole = scrutinise(small, expected.vector(small.names))
     some = scrutinise(Problem(small.model, scan, weighting="relative"), found.vector(small.names))
     assert np.flatnonzero(some.beyond).tolist() == np.flatnonzero(whole.beyond).tolist() == wrong
-    # the scatter of a scatter from 1500 points is 2 %, that of a value modelled by 7 of them 7 % of the noise on average
+    # a scatter from 1500 points scatters by 2 %, a value modelled from them by 7 % of the noise on average
     np.testing.assert_allclose(some.studentised, whole.studentised, rtol=0.1, atol=0.4)
     assert np.std(some.studentised - whole.studentised) < 0.1
     assert some.systematic == whole.systematic

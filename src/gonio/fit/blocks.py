@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fit.descent import derivative
+from gonio.fit.descent import CENTRAL, derivative
 from gonio.geometry import Geometry
 from gonio.measured.dataset import DIRECTIONS, geometry
 from gonio.measured.distinct import distinct_rows, first_of, repeats
@@ -30,7 +30,7 @@ Places = npt.NDArray[np.intp]
 Found = TypeVar("Found")
 
 SIZE = 2**14  # directions of a block
-STEP = 2.0**-10  # of a parameter's size: differences of fourth order are then good to some 1e-11
+STEP = CENTRAL  # of a parameter's size: central differences are then good to some 1e-10, which moves nothing that shows
 SMALLEST = 1e-3  # size of a parameter that is zero
 
 
@@ -232,7 +232,7 @@ class Bulk:
     def _terms(self, directions: Geometry, shape: Values) -> Terms:
         """The terms at some directions, and how they change with the shape parameters that move them.
 
-        First ones by differences of fourth order, at a bound by `derivative`; second ones are only to speed the search.
+        First ones by central differences, at a bound by `derivative`; second ones are only to speed the search.
         """
         terms, n = _values(self.problem.model, directions, self._named(shape)), self.problem.n_weights
         lower, upper, steps = self.problem.lower[n:], self.problem.upper[n:], STEP * np.maximum(np.abs(shape), SMALLEST)
@@ -245,13 +245,13 @@ class Bulk:
         slopes, bends = (np.zeros((len(some), terms.shape[1])) for some in (self.moved, self.bent))
         ahead: dict[int, Values] = {}
         for a, (term, k, model) in enumerate(self.moved):
-            if shape[k] - 2 * steps[k] < lower[k] or shape[k] + 2 * steps[k] > upper[k]:
+            if shape[k] - steps[k] < lower[k] or shape[k] + steps[k] > upper[k]:
                 near = shape[k : k + 1], lower[k], upper[k]
                 along = functools.partial(self._along, model, directions, shape, k)
                 slopes[a] = derivative(along, *near, scale=SMALLEST)[:, 0]
                 continue
             ahead[a], behind = at(model, k), at(model, k, times=-1)
-            slopes[a] = (8 * (ahead[a] - behind) - (at(model, k, times=2) - at(model, k, times=-2))) / (12 * steps[k])
+            slopes[a] = (ahead[a] - behind) / (2 * steps[k])
             bends[self.bent.index((a, a))] = (ahead[a] - 2 * terms[term] + behind) / steps[k] ** 2
         for place, (a, b) in enumerate(self.bent):
             if a != b and a in ahead and b in ahead:

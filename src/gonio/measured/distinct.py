@@ -49,8 +49,8 @@ def distinct_rows(columns: Sequence[npt.NDArray[Any]]) -> tuple[Places, Places]:
 
 def combined(columns: Sequence[npt.NDArray[Any]]) -> Places:
     """Each row's place among the distinct rows of some columns, in the order of these; quick for runs of equal rows."""
-    place = np.zeros(len(columns[0]), dtype=np.intp)
-    for column in columns:
+    place = distinct(columns[0])[1]
+    for column in columns[1:]:
         found, code = distinct(column)
         place = distinct(place * len(found) + code)[1]
     return place

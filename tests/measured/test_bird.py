@@ -41,7 +41,7 @@ def problems(validator, path):
 
 
 def written(folder, document):
-    path = folder / "file.brdf"
+    path = folder / "file.json"
     text = document if isinstance(document, str | bytes) else json.dumps(document, indent=1)
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
@@ -70,12 +70,12 @@ def test_the_published_example(validator):
 @needs_shared
 def test_the_example_comes_back_with_all_its_metadata(validator, tmp_path):
     scan = read(SHARED / "example.brdf")
-    write(scan, tmp_path / "again.brdf")
-    again = read(tmp_path / "again.brdf")
+    write(scan, tmp_path / "again.json")
+    again = read(tmp_path / "again.json")
     xr.testing.assert_equal(again, scan)
     assert again.attrs["provenance"] == scan.attrs["provenance"]
-    assert problems(validator, tmp_path / "again.brdf") == []
-    ours, theirs = (json.loads(p.read_text()) for p in (tmp_path / "again.brdf", SHARED / "example.brdf"))
+    assert problems(validator, tmp_path / "again.json") == []
+    ours, theirs = (json.loads(p.read_text()) for p in (tmp_path / "again.json", SHARED / "example.brdf"))
     del ours["metadata"]["adhoc_section"]
     assert ours["metadata"] == theirs["metadata"]
 
@@ -98,9 +98,9 @@ def test_what_is_written_is_valid_and_comes_back(validator, tmp_path):
         history="made by hand",
     )
     scan["polarisation"] = ("direction", ["s>p", "p>u", "1 0.5 0 0.25>s", "u>u"])
-    write(scan, tmp_path / "new.brdf")
-    assert problems(validator, tmp_path / "new.brdf") == []
-    again = read(tmp_path / "new.brdf")
+    write(scan, tmp_path / "new.json")
+    assert problems(validator, tmp_path / "new.json") == []
+    again = read(tmp_path / "new.json")
     xr.testing.assert_equal(again, scan.set_coords("polarisation"))
     assert again.attrs["provenance"] == scan.attrs["provenance"]
     assert again.attrs["history"].splitlines()[0] == "made by hand"
@@ -111,9 +111,9 @@ def test_what_is_written_is_valid_and_comes_back(validator, tmp_path):
 @needs_shared
 def test_grazing_directions_are_valid_in_radians(validator, tmp_path):
     scan = make_scan([90, 45], [0, 90], [1.0, 2.0], [0, 180], phi_i=[10, 350])
-    write(scan, tmp_path / "new.brdf")
-    assert problems(validator, tmp_path / "new.brdf") == []
-    again = read(tmp_path / "new.brdf")
+    write(scan, tmp_path / "new.json")
+    assert problems(validator, tmp_path / "new.json") == []
+    again = read(tmp_path / "new.json")
     for name in ("theta_i", "theta_r", "phi", "phi_i"):
         np.testing.assert_allclose(again[name], scan[name], atol=1e-13)
     assert again["theta_i"].values.tolist() == [90.0, 45.0]
@@ -125,9 +125,9 @@ def test_real_scans_are_valid(name, validator, shared_scans, tmp_path):
     found = sorted(shared_scans.glob(f"{name}*.csv"))
     assert found, f"no scan {name}"
     scan = read(found[0])
-    write(scan, tmp_path / "new.brdf")
-    assert problems(validator, tmp_path / "new.brdf") == []
-    xr.testing.assert_equal(read(tmp_path / "new.brdf"), scan.drop_vars("line"))
+    write(scan, tmp_path / "new.json")
+    assert problems(validator, tmp_path / "new.json") == []
+    xr.testing.assert_equal(read(tmp_path / "new.json"), scan.drop_vars("line"))
 
 
 def test_units_and_azimuths(tmp_path):
@@ -160,7 +160,7 @@ def test_units_and_azimuths(tmp_path):
 )
 def test_what_cannot_be_written(scan, message, tmp_path):
     with pytest.raises(ValueError, match=message):
-        write(scan, tmp_path / "new.brdf")
+        write(scan, tmp_path / "new.json")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -246,7 +246,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 FORMAT = Format(
     name="bird",
     title="BiRD universal BRDF",
-    suffix=".brdf",
+    suffix=".json",
     recognises=_recognises,
     read=_read,
     write=_write,

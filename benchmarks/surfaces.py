@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 
 from gonio import read
-from gonio.measured.dataset import make_scan
 from gonio.measured.masking import mask
 
 DATA = Path(__file__).resolve().parent.parent.parent / "shared" / "data"

@@ -77,7 +77,8 @@ def test_units_and_aliases(tmp_path):
         ("theta_i_deg,theta_r_deg,brdf_sr-1\n", "line 1", "a header and no rows"),
         ("# only remarks\n# and more\n", "line 2", "holds no header"),
         (b"theta_i_deg,theta_r_deg,brdf_sr-1\n# stra\xdfe\n", "line 2, byte 7", "save the file as UTF-8"),
-        (b"PK\x03\x04\0\0", "line 1", "zero bytes"),
+        (b"PK\x03\x04\0\0", "byte 0", "is a ZIP archive"),
+        (b"theta_i_deg\0", "line 1", "zero bytes"),
         ("x" * (LONGEST_LINE + 10), "line 1", "longer than 65536 bytes"),
     ],
 )

@@ -163,8 +163,11 @@ def _refuse_gaps(ready: xr.Dataset, target: Format) -> None:
 def _without_gaps(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: Filling | None) -> xr.Dataset:
     """For a format of scattered directions: a gap is a direction that is not there."""
     if impose or filling is not None:
-        done = [resample(part, part, impose=impose, filling=filling) for _, part in parts(scan)]
-        scan = xr.concat(done, dim="direction") if len(done) > 1 else done[0]
+        if scan["brdf"].dims == ("direction",):  # each set at its own directions
+            done = [resample(part, part, impose=impose, filling=filling) for _, part in parts(scan)]
+            scan = xr.concat(done, dim="direction") if len(done) > 1 else done[0]
+        else:
+            scan = resample(scan, scan, impose=impose, filling=filling)
         scan = _without_variables(scan, target)[0]
     if target.holds.gaps:
         return scan

@@ -28,7 +28,7 @@ def wrong_with_dataset(scan: Any) -> str:
     if brdf.dtype.kind != "f" or np.isinf(brdf.values).any():
         return f"brdf is infinite, or {brdf.dtype}"
     finite = np.isfinite(brdf.values)
-    if not brdf.values[finite].any():
+    if not brdf.values[finite].any() and "every value is zero" not in scan.attrs.get("history", ""):
         return "no value of brdf is there and not zero"
     for name in (n for n in DIRECTIONS if n in scan.coords):
         angle = scan[name]

@@ -3,6 +3,7 @@
 The grammar is that of the public reader libbsdf; Integra's own description is not public.
 """
 
+import functools
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,8 +68,11 @@ class Keywords(NamedTuple):
     is_marked: bool
 
 
+@functools.lru_cache(maxsize=1)  # four formats ask the same of every file
 def keywords(head: bytes) -> Keywords:
     """What stands at the start of lines of these first bytes; no words where the file is none of Integra's."""
+    if b"type" not in head.lower():
+        return Keywords(frozenset(), False)
     text = re.sub(r"\r\n?", "\n", head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace"))
     rows = [row.split(None, 1)[0].lower() for row in text.split("\n") if row.partition(COMMENT)[0].strip()]
     known = bool(rows) and rows[0] in _FIRST

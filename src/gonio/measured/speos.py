@@ -125,7 +125,9 @@ def opened(path: Path, name: str, versions: Sequence[str], after: Callable[[str]
         raise rows.wrong(f"is no header of the form 'OPTIS - {name} surface file v{versions[-1]}'")
     if found[1] not in versions:
         known = " and ".join(versions)
-        raise rows.wrong(f"is version {clip(found[1])!r}: gonio reads {known}; save the file with a current BSDF viewer")
+        raise rows.wrong(
+            f"is version {clip(found[1])!r}: gonio reads {known}; save the file with a current BSDF viewer"
+        )
     if rows.flags("the mode, 0 for text")[0]:
         raise rows.wrong("is in binary mode: save it as text with the BSDF viewer")
     comment = rows.text("the comment").strip()

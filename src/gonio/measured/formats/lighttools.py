@@ -49,9 +49,12 @@ PLANE = 90.0  # deg, the azimuth of the incident light
 OWN = ("mode", "side", "wavelength", "channel")
 _OTHERS = re.compile(rb"^\s*(AngleOfIncidence|SampleRotation|Source)\b", re.IGNORECASE | re.MULTILINE)
 
+_HEADER = re.compile("|".join(HEADER).encode(), re.IGNORECASE)
+
 
 def _recognises(head: bytes) -> bool:
-    if b"\0" in head or _OTHERS.search(head.replace(b"\r", b"\n")):
+    # Every file is asked this: the word that a header needs is looked for before anything dearer.
+    if b"\0" in head or not _HEADER.search(head) or _OTHERS.search(head.replace(b"\r", b"\n")):
         return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
     first = (line.split("#")[0].split() for line in text.splitlines())

@@ -95,11 +95,12 @@ PARAMETRISATIONS = {
 
 def impossible(name: str, x: Values) -> npt.NDArray[np.bool_]:
     """Which rows of coordinates cannot be what the parametrisation says: vectors, cosines or angles in radians."""
-    if name == "CARTESIAN":
-        lengths = [np.hypot(np.hypot(v[:, 0], v[:, 1]), v[:, 2]) for v in (x[:, :3], x[:, 3:])]
-        most_wrong = np.abs(np.array(lengths) - 1).max(axis=0) / UNIT_LENGTH
-    else:
-        most_wrong = np.abs(x).max(axis=1) / (1.0 if name.startswith("COS_") else FURTHEST)
+    with np.errstate(over="ignore"):  # beyond the largest number is impossible too
+        if name == "CARTESIAN":
+            lengths = [np.hypot(np.hypot(v[:, 0], v[:, 1]), v[:, 2]) for v in (x[:, :3], x[:, 3:])]
+            most_wrong = np.abs(np.array(lengths) - 1).max(axis=0) / UNIT_LENGTH
+        else:
+            most_wrong = np.abs(x).max(axis=1) / (1.0 if name.startswith("COS_") else FURTHEST)
     wrong: npt.NDArray[np.bool_] = most_wrong > 1
     return wrong
 

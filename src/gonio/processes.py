@@ -21,12 +21,6 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def threads() -> int:
-    """The threads that one process may compute with: its cores, or fewer where the environment says so."""
-    asked = [int(text) for name in THREADS if (text := os.environ.get(name, "")).isdigit() and int(text) > 0]
-    return min([cores(), *asked])
-
-
 def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[tuple[int, Result]]:
     """`work(item)` of every item with the item's place, in the order in which they end; one worker works here.
 

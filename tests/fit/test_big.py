@@ -171,16 +171,6 @@ def test_products_are_those_of_the_whole(big):
         np.testing.assert_allclose(second[k], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
 
 
-def test_threads_change_nothing(big, monkeypatch):
-    scan = table("ward")
-    found = []
-    for number in (1, 3):
-        monkeypatch.setattr(blocks, "threads", lambda number=number: number)
-        found.append(fit(Problem(catalogue["ward"], scan)))
-    assert found[0].values == found[1].values
-    np.testing.assert_array_equal(found[0].dataset["covariance"].values, found[1].dataset["covariance"].values)
-
-
 def test_what_does_not_go_in_blocks(big):
     scan = table("torrance-sparrow")
     of = lambda **options: Problem(catalogue["torrance-sparrow"], scan, **options).bulk  # noqa: E731

@@ -91,6 +91,7 @@ def tables(record: dict[str, Any]) -> Iterator[Any]:
     low, high = record["theta_r"]
     facts = present.table("", "", left=2)
     facts.show_header = False
+    facts.columns[1].no_wrap = False
     facts.add_row("points", f"{record['points']}, {record['points_in_use']} in use, {record['symmetry']}")
     if record["grid"]:
         facts.add_row("grid", " x ".join(f"{name} {size}" for name, size in record["grid"].items()))
@@ -125,8 +126,9 @@ def tables(record: dict[str, Any]) -> Iterator[Any]:
 
 def _listed(values: list[Any], unit: str, most: int = 12) -> str:
     texts = [f"{v:g}" if isinstance(v, float) else str(v) for v in values]
-    shown = texts if len(texts) <= most else [*texts[: most - 1], "..", texts[-1]]
-    return f"{', '.join(shown)} {unit}".strip()
+    if len(texts) > most:
+        return f"{len(texts)} values, {texts[0]} to {texts[-1]} {unit}".strip()
+    return f"{', '.join(texts)} {unit}".strip()
 
 
 def _escaped(text: str) -> str:

@@ -8,7 +8,6 @@ after block (demmel2012), both have as many rows as there are sets times values,
 import functools
 import itertools
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -20,7 +19,6 @@ from gonio.geometry import Geometry
 from gonio.measured.dataset import DIRECTIONS, geometry
 from gonio.measured.distinct import distinct_rows, first_of, repeats
 from gonio.model import Model, declarations
-from gonio.processes import threads
 
 if TYPE_CHECKING:
     from gonio.fit.problem import Problem
@@ -29,7 +27,7 @@ Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 Found = TypeVar("Found")
 
-SIZE = 2**14  # directions of a block
+SIZE = 2**16  # directions of a block
 STEP = CENTRAL  # of a parameter's size: central differences are then good to some 1e-10, which moves nothing that shows
 SMALLEST = 1e-3  # size of a parameter that is zero
 
@@ -168,16 +166,15 @@ class Bulk:
         return linear.sheet.group, linear.places, triangle, bend
 
     def each(self, vector: Values, of: Callable[[Linear], Found]) -> Iterator[list[Found]]:
-        """`of` every sheet, a block at a time and in their order, on as many threads as the process may use."""
+        """`of` every sheet, a block at a time and in their order.
+
+        On one thread: a second made fits slower, since what a block computes is short beside the interpreter's lock.
+        """
         self.evaluations += 1
         weights = self._weights(vector)
         shape = vector[self.problem.n_weights :]
-        work = lambda block: [of(linear) for linear in self._linear(block, weights, shape)]  # noqa: E731
-        if threads() < 2 or len(self.blocks) < 2:
-            yield from map(work, self.blocks)
-            return
-        with ThreadPoolExecutor(threads()) as pool:
-            yield from pool.map(work, self.blocks)
+        for block in self.blocks:
+            yield [of(linear) for linear in self._linear(block, weights, shape)]
 
     def _weights(self, vector: Values) -> Values:
         """The weight of every term in every set (terms, sets)."""

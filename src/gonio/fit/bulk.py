@@ -22,6 +22,7 @@ NEAR = 0.1  # of E on the sample: minima of so much more may be lower on all poi
 APART = 1e-3  # of a value: minima that are nearer are one
 SETTLED = 1e-10  # offset that is enough: of millions of points it moves a value by 1e-7 of its standard deviation
 SOUGHT = 1e-6  # offset from which no further search is made: the derivatives are better than that
+INWARDS = (1.0, 0.1, 0.01, 0.001)  # of the step that a slope proposes, tried where a value presses against its bound
 SMALLEST = 1e-3  # scale of a value that is zero, as the covariance takes it
 
 
@@ -92,7 +93,7 @@ def _minimum(problem: Problem, points: Bulk, start: Values) -> Descent:
     )
     value = points.residual(start)
     end = newton(end=Descent(start, float(value @ value), np.nan, False, 0))
-    if end.offset <= SOUGHT and not _held_back(points, end.point, low, high):
+    if end.offset <= SOUGHT and not _held_back(points, end, low, high):
         return end
     found = descend(
         points.residual, end.point, low, high, scale=scale, jacobian=points.jacobian, last_digits=False, max_steps=200
@@ -100,13 +101,25 @@ def _minimum(problem: Problem, points: Bulk, start: Values) -> Descent:
     return newton(end=found)
 
 
-def _held_back(points: Bulk, point: Values, low: Values, high: Values) -> bool:
-    """Whether a value at a bound would be better inside."""
+def _held_back(points: Bulk, end: Descent, low: Values, high: Values) -> bool:
+    """Whether a value at a bound would be better inside, by its slope and by a step inwards that takes it there.
+
+    The step is tried because a slope alone may be rounding: that of an extinction of 0, an even function, is none.
+    """
+    point = end.point
     value, slopes = points.residual(point), points.jacobian(point)
     downhill = -(slopes.T @ value)
     inwards = ((point <= low) & (downhill > 0)) | ((point >= high) & (downhill < 0))
-    size = np.linalg.norm(slopes, axis=0) * np.linalg.norm(value)
-    return bool((inwards & (low < high) & (np.abs(downhill) > SOUGHT * size)).any())
+    size = np.linalg.norm(slopes, axis=0)
+    pressed = np.flatnonzero(inwards & (low < high) & (np.abs(downhill) > SOUGHT * size * np.linalg.norm(value)))
+    for k in pressed:
+        for share in INWARDS:
+            inside = point.copy()
+            inside[k] = np.clip(point[k] + share * downhill[k] / size[k] ** 2, low[k], high[k])
+            moved = points.residual(inside)
+            if float(moved @ moved) < float(value @ value):
+                return True
+    return False
 
 
 def covariance(problem: Problem, points: Bulk, vector: Values, kind: str = DEFAULT) -> Values:

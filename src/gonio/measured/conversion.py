@@ -56,6 +56,9 @@ def convert(
     with replacing(path, force) as temporary:
         chosen.write(ready, temporary)
         found = chosen.read(temporary)
+        if (own := dataset.unit(found)) != dataset.unit(kept):
+            left_out.append(f"the unit: the file reads as {own}")
+            kept = kept.assign(brdf=kept["brdf"].assign_attrs(units=own))
         error = difference(found, kept)
     return Conversion(Path(path), chosen, ready, tuple(left_out), error)
 

@@ -86,7 +86,7 @@ def _on_grid(scan: xr.Dataset, system: System) -> Interpolator:
     from scipy.interpolate import RegularGridInterpolator
 
     names = [a for a in system.axes if a in scan["brdf"].dims]
-    ordered = scan.sortby(names).transpose(*names, ...)
+    ordered = scan[["brdf"]].sortby(names).transpose(*names, ...)
     full = ordered["brdf"].transpose(*names)
     values = full.values.astype(float)
     sky = [ordered[a].broadcast_like(full).transpose(*names).values <= HORIZON for a in ("theta_i", "theta_r")]

@@ -20,6 +20,7 @@ SYMMETRIES = {
     "reciprocity": "source and detector exchanged",
     "bilateral": "mirrored in the plane of incidence",
 }
+MOST_LOOKED_UP = 400_000  # values of a set; of a larger table a node's own value comes out of the interpolation
 ORIGINS = ("missing", "measured", "interpolated", "by_symmetry", "filled")
 MISSING, MEASURED, INTERPOLATED, BY_SYMMETRY, FILLED = range(len(ORIGINS))
 
@@ -152,7 +153,7 @@ def _set(
 ) -> tuple[dict[str, Values], str]:
     """The columns of one set at the directions wanted: brdf, origin and uncertainties; and how values lie between."""
     source, how = _source(part)
-    measured = Measured(part)
+    measured = Measured(part) if part["brdf"].size <= MOST_LOOKED_UP else None
     values, exact = _at(source, measured, wanted)
     if impose:
         values = _mean_of([values, *(_at(source, measured, image)[0] for image in _images(wanted, impose))])
@@ -162,12 +163,14 @@ def _set(
         images = [_at(source, measured, image)[0] for image in _images(wanted.part(gaps), filling.symmetries)]
         values[gaps] = _mean_of(images)
         origin[gaps[np.isfinite(values[gaps])]] = BY_SYMMETRY
-    uncertainties = {} if impose else _uncertainties(part, wanted, measured)
+    uncertainties = {} if impose or measured is None else _uncertainties(part, wanted, measured)
     return {"brdf": values, "origin": origin, **uncertainties}, how
 
 
-def _at(source: Interpolator, measured: Measured, wanted: Targets) -> tuple[Values, npt.NDArray[np.bool_]]:
+def _at(source: Interpolator, measured: Measured | None, wanted: Targets) -> tuple[Values, npt.NDArray[np.bool_]]:
     """Values as measured where they were, else interpolated, and which are which."""
+    if measured is None:
+        return source(wanted), np.zeros(len(wanted), dtype=bool)
     values, exact = measured.at(wanted, "brdf")
     rest = np.flatnonzero(~exact)
     if len(rest):

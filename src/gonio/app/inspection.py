@@ -34,7 +34,7 @@ def describe(path: Path) -> dict[str, Any]:
         "points": int(flat.sizes["direction"]),
         "points_in_use": int(used.sum()),
         "grid": {str(d): n for d, n in scan["brdf"].sizes.items() if d != "direction"},
-        "theta_i": _distinct(scan, "theta_i"),
+        "theta_i": _distinct(flat, "theta_i"),
         "theta_r": _range(dataset.signed_theta_r(flat) if in_plane else flat["theta_r"].values),
         "phi_i": _distinct(scan, "phi_i"),
         "wavelengths": _distinct(scan, "wavelength"),

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 import gonio
+from gonio.app.format_table import rows
+from gonio.measured.formats import formats
 
 ROOT = Path(__file__).resolve().parent.parent
 DEPENDENCIES = """
@@ -104,3 +106,12 @@ def test_the_catalogue_page_is_current():
         assert all(f"| {p} | {declared.help} |" in entries[name] for p, declared in model.shape.items())
         assert all(f"**{weight}**" in entries[name] for weight in model.weights)
         assert (ROOT / "docs" / "images" / "catalogue" / f"{name}.png").exists()
+
+
+def test_the_formats_page_is_current():
+    """Every format has its entry and its row, with the title, suffix and words that its file declares."""
+    page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    for one in formats().values():
+        assert f"## {one.title}\n\n`{one.name}`, usually `{one.suffix}`; " in page, one.name
+    for row in rows():
+        assert f"| {' | '.join(row)} |" in page, row

@@ -67,7 +67,8 @@ def in_words(error: Difference) -> str:
     """The error of a resampling in one line."""
     if not error.missing and not error.error.any():
         return "every value exact"
-    text = f"rms error {100 * error.rms:.3g} % (relative, weighted by solid angle), bias {100 * error.bias:.2g} %"
+    text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_light:.3g} % of f cos(theta_r), "
+    text += f"bias {100 * error.bias:.2g} %"
     return text + (f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else "")
 
 

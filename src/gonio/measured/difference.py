@@ -42,8 +42,17 @@ class Difference:
     @property
     def rms(self) -> float:
         """Relative: the root of the solid-angle-weighted mean squared difference over that of the reference."""
-        total = float(np.sum(self.weights * self.points["brdf"].values ** 2))
-        return math.sqrt(float(np.sum(self.weights * self.error**2)) / total) if total else math.nan
+        return self._rms(np.ones(self.count))
+
+    @property
+    def rms_light(self) -> float:
+        """The same of f cos(theta_r), the light that leaves: a BRDF may grow without bound towards the horizon."""
+        return self._rms(np.cos(np.radians(self.points["theta_r"].values)))
+
+    def _rms(self, factor: Values) -> float:
+        weights = self.weights * factor**2
+        total = float(np.sum(weights * self.points["brdf"].values ** 2))
+        return math.sqrt(float(np.sum(weights * self.error**2)) / total) if total else math.nan
 
     @property
     def bias(self) -> float:

@@ -34,7 +34,7 @@ gonio convert scan.csv coating.bsdf --to zemax --fill symmetry,ggx --weighting l
   the data. Both are counted in the history, and files that can (CSV, NetCDF, Zarr) keep the origin of every value beside it.
 - `--impose reciprocity,bilateral` replaces every value by the mean over its images, for programs that take these symmetries for granted.
 - The **error** printed is that of the file as it reads back, at the directions of the data: rms and bias relative to the data, weighted
-  by solid angle, and the rms of f cos theta_r, the light that leaves, because a BRDF may grow without bound towards the horizon. It says nothing about directions that were not measured.
+  by solid angle, and the rms within 85 deg of the normal, because towards the horizon a BRDF may grow without bound. It says nothing about directions that were not measured.
 - `gonio diff A B` compares any two files at the directions of the second; `--out FILE` draws it.
 
 In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, directions)`, `gonio.measured.difference.difference(a, b)`.

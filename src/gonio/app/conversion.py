@@ -140,7 +140,7 @@ def _record(path: Path, name: str, left_out: Any, scan: "xr.Dataset", error: "Di
         "history": scan.attrs["history"].splitlines(),
         "error": {
             "rms": error.rms,
-            "rms_light": error.rms_light,
+            "rms_steep": error.rms_steep,
             "bias": error.bias,
             "largest": error.largest,
             "where": error.where,

@@ -8,7 +8,7 @@ import numpy as np
 from gonio.app import present
 from gonio.compare import METRICS, metrics
 from gonio.measured import dataset
-from gonio.measured.difference import Difference
+from gonio.measured.difference import STEEP, Difference
 from gonio.units import label
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def record(found: Difference, a: str, b: str) -> dict[str, Any]:
         "interpolated": found.count - found.exact,
         "missing": found.missing,
         "rms": found.rms,
-        "rms_light": found.rms_light,
+        "rms_steep": found.rms_steep,
         "bias": found.bias,
         "largest": found.largest,
         "where": found.where,
@@ -62,7 +62,7 @@ def tables(found: Difference, a: str, b: str) -> "Iterator[Table | str]":
     whole = present.table("", "")
     whole.show_header = False
     whole.add_row("rms difference, by solid angle", _percent(found.rms))
-    whole.add_row("the same of f cos(theta_r), the light", _percent(found.rms_light))
+    whole.add_row(f"the same within {STEEP:g} deg of the normal", _percent(found.rms_steep))
     whole.add_row("bias, by solid angle", _percent(found.bias))
     whole.add_row(f"largest, at {where} deg", _percent(found.largest))
     for name, value in metrics(found.points, found.points["other"].values).items():

@@ -10,7 +10,7 @@ import xarray as xr
 from gonio.files import replacing
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
-from gonio.measured.difference import Difference, difference
+from gonio.measured.difference import STEEP, Difference, difference
 from gonio.measured.format import Format
 from gonio.measured.formats import writer
 from gonio.measured.resample import Filling, is_on, parts, resample
@@ -67,8 +67,8 @@ def in_words(error: Difference) -> str:
     """The error of a resampling in one line."""
     if not error.missing and not error.error.any():
         return "every value exact"
-    text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_light:.3g} % of f cos(theta_r), "
-    text += f"bias {100 * error.bias:.2g} %"
+    text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_steep:.3g} % within {STEEP:g} deg of "
+    text += f"the normal; bias {100 * error.bias:.2g} %"
     return text + (f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else "")
 
 

@@ -14,6 +14,7 @@ from gonio.measured.resample import MEASURED, Filling, is_on, parts, resample
 from gonio.measured.solid_angle import solid_angles
 
 Values = npt.NDArray[np.float64]
+STEEP = 85.0  # deg
 
 
 @dataclass(frozen=True)
@@ -42,17 +43,17 @@ class Difference:
     @property
     def rms(self) -> float:
         """Relative: the root of the solid-angle-weighted mean squared difference over that of the reference."""
-        return self._rms(np.ones(self.count))
+        return self._rms(np.ones(self.count, dtype=bool))
 
     @property
-    def rms_light(self) -> float:
-        """The same of f cos(theta_r), the light that leaves: a BRDF may grow without bound towards the horizon."""
-        return self._rms(np.cos(np.radians(self.points["theta_r"].values)))
+    def rms_steep(self) -> float:
+        """The same of directions within STEEP of the normal: towards the horizon a BRDF may grow without bound."""
+        return self._rms((self.points["theta_i"].values <= STEEP) & (self.points["theta_r"].values <= STEEP))
 
-    def _rms(self, factor: Values) -> float:
-        weights = self.weights * factor**2
-        total = float(np.sum(weights * self.points["brdf"].values ** 2))
-        return math.sqrt(float(np.sum(weights * self.error**2)) / total) if total else math.nan
+    def _rms(self, rows: npt.NDArray[np.bool_]) -> float:
+        weights, reference = self.weights[rows], self.points["brdf"].values[rows]
+        total = float(np.sum(weights * reference**2))
+        return math.sqrt(float(np.sum(weights * self.error[rows] ** 2)) / total) if total else math.nan
 
     @property
     def bias(self) -> float:

@@ -103,6 +103,16 @@ def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):
     assert "averaged over bilateral" in " ".join(read(tmp_path / "again.nc").attrs["history"].split())
 
 
+def test_convert_onto_the_directions_of_another_file(run, scan_file, tmp_path):
+    cut = tmp_path / "cut.csv"
+    write(make_scan(np.full(5, 25.0), [-20.0, 0, 15, 30, 85], np.ones(5)), cut)
+    record = as_json(run, "convert", scan_file, tmp_path / "at.csv", "--onto", cut)
+    found = read(tmp_path / "at.csv")
+    np.testing.assert_array_equal(found["theta_r"], [20, 0, 15, 30, 85])
+    np.testing.assert_array_equal(np.isnan(found["brdf"]), [False] * 4 + [True])  # the scan ends at 80 deg
+    assert any("at the directions of cut.csv: rms error" in line for line in record["history"])
+
+
 def test_convert_refuses_two_models(run, scan_file, tmp_path):
     code, _, err = run("convert", scan_file, tmp_path / "x.csv", "--fill", "ggx,lambert")
     assert code == 1

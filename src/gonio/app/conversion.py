@@ -20,6 +20,10 @@ Fill = Annotated[
     str, typer.Option("--fill", metavar="symmetry|MODEL", help="what may stand in gaps; several by commas")
 ]
 
+Onto = Annotated[
+    Path | None, typer.Option("--onto", metavar="FILE", help="resample onto the directions of this file first")
+]
+
 
 @app.command("formats")
 def list_formats(json: Json = "") -> None:
@@ -38,6 +42,7 @@ def convert_file(
     scan: Scan,
     out: Annotated[Path, typer.Argument(help="the file to write", show_default=False)],
     to: To = "",
+    onto: Onto = None,
     select: Select = [],  # noqa: B006 - typer reads the default and never changes it
     blocked: Blocked = 0.0,
     floor: Floor = "",
@@ -53,7 +58,11 @@ def convert_file(
     from gonio.measured.conversion import convert, in_words
 
     data = read_scan(scan, blocked, floor, select, findings=False)
-    done = convert(data, out, to, impose=_listed(impose), filling=_filling(fill, data, weighting), force=force)
+    steps: dict[str, Any] = {"impose": _listed(impose), "filling": _filling(fill, data, weighting)}
+    ready = data
+    if onto is not None:
+        ready, steps = _onto(data, onto, steps), {}
+    done = convert(ready, out, to, force=force, **steps)
     if json:
         present.emit_json(_record(done.path, done.format.name, done.left_out, done.scan, done.error), json, force)
     if json != "-":
@@ -95,6 +104,17 @@ def compare_files(
         for path in save(difference_figure(found, a.name, b.name), target, suffixes, force):
             if json != "-":
                 present.console().print(f"wrote {path}")
+
+
+def _onto(data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":
+    """The data at the directions of another file, the error of that in the history."""
+    from gonio import read, resample
+    from gonio.measured.conversion import in_words
+    from gonio.measured.dataset import add_history, directions
+    from gonio.measured.difference import difference
+
+    found = resample(data, directions(read(path)), **steps)
+    return add_history(found, f"at the directions of {path.name}: {in_words(difference(found, data))}")
 
 
 def _listed(text: str) -> tuple[str, ...]:

@@ -125,6 +125,18 @@ def geometry(scan: xr.Dataset) -> Geometry:
     return Geometry.from_degrees(*(scan[a].values.astype(float) for a in DIRECTIONS if a in scan.coords))
 
 
+def directions(scan: xr.Dataset) -> xr.Dataset:
+    """The directions of a scan alone, on its grid where it has one: those of several sets each once."""
+    names = [n for n in DIRECTIONS if n in scan.variables]
+    grid = [str(d) for d in scan["brdf"].dims if d not in SETS]
+    kept = [*names, *(d for d in grid if d in scan.coords and d not in names)]
+    alone = xr.Dataset(coords={n: scan[n].variable for n in kept})
+    if grid != ["direction"]:
+        return alone
+    rows = np.unique(np.column_stack([scan[n].values for n in names]), axis=0, return_index=True)[1]
+    return alone.isel(direction=np.sort(rows))
+
+
 def is_in_plane(scan: xr.Dataset) -> npt.NDArray[np.bool_]:
     """Which directions of a flat scan lie in the plane of incidence."""
     azimuth = scan["phi"].values % 180.0

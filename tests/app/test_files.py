@@ -79,7 +79,7 @@ def test_info_says_what_a_file_holds(run, shared, pattern):
         assert f"as {record['format']}" in record["history"][-1]
         code, out, _ = run("info", path)
         assert code == 0
-        assert record["format"] in out.replace("\n", " ")
+        assert record["format"] in " ".join(out.split())
 
 
 def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):

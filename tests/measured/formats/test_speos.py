@@ -310,7 +310,7 @@ def test_writing_refuses_what_speos_does_not_take(tmp_path):
 
 PLAIN = speos_anisotropic.text(flags="1 1")
 REFUSALS = [
-    (("v8.0", "v6.0"), "line 1", "is version 6.0: gonio reads 7.0 and 8.0"),
+    (("v8.0", "v6.0"), "line 1", "is version '6.0': gonio reads 7.0 and 8.0"),
     (("8.0\n0\n", "8.0\n1\n"), "line 2", "binary mode"),
     (("11\nD", "-1\nD"), "line 4", "not a whole number"),
     (("11\nD", "4611686018427387904\nD"), "line 4", "not a whole number"),
@@ -381,7 +381,7 @@ def test_too_many_values(tmp_path):
 @pytest.mark.parametrize(
     ("change", "where", "what"),
     [
-        (("v8.0", "v7.0"), "line 1", "is version 7.0: gonio reads 9.0 and 8.0"),
+        (("v8.0", "v7.0"), "line 1", "is version '7.0': gonio reads 9.0 and 8.0"),
         (("450\t550", "450\t450"), "line 10", "neither up nor down"),
         (("450\t550", "0\t550"), "line 10", "outside"),
         (("14.5\n", "-14.5\n"), "line 11", "below zero"),

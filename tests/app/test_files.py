@@ -119,6 +119,20 @@ def test_convert_refuses_two_models(run, scan_file, tmp_path):
     assert "2 models, ggx and lambert" in err
 
 
+def test_reduce_raw_sheets_into_the_published_table(run, shared, tmp_path):
+    sheets = shared / "files" / "rt300s"
+    out = tmp_path / "ec1.csv"
+    code, text, err = run(
+        "reduce", sheets / "ANOPLATE_AnoBlack_EC1_Alum6061_v1o0_20251115.xls",
+        "--blank", sheets / "blank_v2o0_20250911.xls", "--out", out,
+    )  # fmt: skip
+    assert code == 0, err
+    assert "1144 directions" in " ".join(text.split())
+    record = as_json(run, "diff", out, shared / "files/fred/AnoBlackEC1onAlum.txt")
+    assert record["measured_in_both"] == 1144
+    assert record["rms"] < 1e-4  # FRED's table has six decimals of values about 0.03
+
+
 def test_diff_of_a_file_with_itself_and_with_another(run, scan_file, tmp_path):
     same = as_json(run, "diff", scan_file, scan_file)
     assert same["rms"] == 0

@@ -114,6 +114,14 @@ def test_out_of_the_plane_an_in_plane_scan_says_nothing():
     np.testing.assert_array_equal(resample(scan, beside)["brdf"].values, [np.nan, 1, 1])
 
 
+def test_at_the_normal_all_azimuths_are_one_direction():
+    scan = make_scan(np.full(4, 20.0), [0.0, 0, 30, 30], [1.0, 3, 5, 5], [0.0, 90, 0, 90])
+    wanted = make_scan(np.full(3, 20.0), np.zeros(3), np.zeros(3), [0.0, 90, 200]).drop_vars("brdf")
+    out = resample(scan, wanted)
+    np.testing.assert_array_equal(out["brdf"], [1, 3, 2])
+    assert "3 values as measured" in out.attrs["history"]
+
+
 def test_masked_and_missing_values_are_gaps():
     scan = make_scan(np.full(6, 20.0), np.arange(0, 60, 10.0), np.r_[1, 1, np.nan, 1, 1, 1])
     scan["mask"] = ("direction", np.array([0, 0, 0, 0, 1, 0], dtype=np.int8))

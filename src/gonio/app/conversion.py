@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gonio.app.options import Blocked, Floor, Force, Json, Scan, Select, Weigh
+from gonio.app.options import Blocked, Floor, Force, Json, Scan, Scans, Select, Weigh
 from gonio.app.terminal import app
 
 if TYPE_CHECKING:
@@ -73,6 +73,44 @@ def convert_file(
         for line in done.scan.attrs["history"].splitlines()[len(data.attrs["history"].splitlines()) :]:
             terminal.print(line, markup=False)
         terminal.print(f"as the file reads now: {in_words(done.error)}")
+
+
+@app.command("reduce")
+def reduce_files(
+    scans: Scans,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="the file to write", show_default=False)],
+    blank: Annotated[
+        Path | None, typer.Option("--blank", metavar="FILE", help="a scan without sample, to subtract")
+    ] = None,
+    keep_floor: Annotated[
+        bool, typer.Option("--keep-floor", help="do not subtract the least signal, the detector's zero")
+    ] = False,
+    keep_shadow: Annotated[
+        bool, typer.Option("--keep-shadow", help="keep directions where the receiver stands in the beam")
+    ] = False,
+    to: To = "",
+    force: Force = False,
+) -> None:
+    """Raw sheets of one sample into a BRDF: blank subtracted, repeats and mirror images averaged, with uncertainty."""
+    from gonio import read
+    from gonio.app import present
+    from gonio.measured.conversion import convert, in_words
+    from gonio.measured.reduction import Shadow, reduce
+
+    found = reduce(
+        [read(path) for path in scans],
+        None if blank is None else read(blank),
+        floor=not keep_floor,
+        shadow=None if keep_shadow else Shadow(),
+    )
+    done = convert(found, out, to, force=force)
+    terminal = present.console()
+    for line in found.attrs["history"].splitlines():
+        terminal.print(line, markup=False)
+    terminal.print(f"wrote {done.path} as {done.format.title}, {found.sizes['direction']} directions")
+    for line in done.left_out:
+        terminal.print(f"left out: {line}")
+    terminal.print(f"as the file reads now: {in_words(done.error)}")
 
 
 @app.command("diff")

@@ -16,7 +16,8 @@ GRID = 1e-7  # deg; directions that agree to this are the same
 class Measured:
     """The values of one set at the very directions that were measured.
 
-    Repeats of a direction are averaged, unless as many are wanted: then each is its own, in the order of the scan.
+    Repeats of a direction are averaged, unless as many are wanted: then each is its own, in the order of the scan. At
+    the normal all azimuths are one direction: what was not measured at the azimuth wanted is the mean of the others.
     """
 
     def __init__(self, part: xr.Dataset) -> None:
@@ -53,4 +54,25 @@ class Measured:
         single = values[self.order[self.first[place] + np.where(own, rank, 0)]]
         mean = (np.bincount(self.group, values) / self.counts)[place]
         out[exact] = np.where(own | (self.counts[place] == 1), single, mean)
+        beside = np.flatnonzero(~exact & (wanted.theta_r < GRID))
+        if len(beside):
+            out[beside] = self._along_the_normal(wanted.part(beside), values)
+            exact[beside] = np.isfinite(out[beside])
         return out, exact
+
+    def _along_the_normal(self, wanted: Targets, values: Values) -> Values:
+        """Means over all azimuths of theta_r = 0, NaN where none was measured."""
+        here = targets_of(self.flat)
+        rows = np.flatnonzero(here.theta_r < GRID)
+        out = np.full(len(wanted), np.nan)
+        if len(rows):
+            none = np.zeros(len(rows))
+            keys = self._keys(Targets(here.theta_i[rows], none, none, here.phi_i[rows]))
+            distinct, group = np.unique(keys, return_inverse=True)
+            mean = np.bincount(group.ravel(), values[rows]) / np.bincount(group.ravel())
+            zero = np.zeros(len(wanted))
+            asked = self._keys(Targets(wanted.theta_i, zero, zero, wanted.phi_i))
+            place = np.minimum(np.searchsorted(distinct, asked), len(distinct) - 1)
+            found = distinct[place] == asked
+            out[found] = mean[place[found]]
+        return out

@@ -96,7 +96,8 @@ $(PEERS)/.installed: requirements-crosscheck.lock
 	touch $@
 
 # The locks, hashes and no index address; needs uv.
-COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q
+COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-strip-extras \
+	--no-header -q
 lock:
 	$(COMPILE) --extra build -o requirements.lock
 	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock

@@ -192,7 +192,7 @@ BAD = {
     "unit": (changed("phi_i", "unit", "turn"), '"turn"', "unit 'turn'"),
     "unit-brdf": (changed("BRDF", "unit", "%"), '"unit": "%",\n   "values": [\n    0.25', "unit '%'"),
     "wave": (changed("wavelength_r", "values", 1, 0), "0,\n    650", "wavelength_r is 0"),
-    "state": (changed("polarization_i", "values", 1, "x"), '"x"', "polarization_i is x"),
+    "state": (changed("polarization_i", "values", 1, "x"), '"x"', "polarization_i is 'x'"),
     "stokes": (changed("polarization_r", "values", 1, [1, 2.5, 0, 0]), "[\n     1,\n     2.5", "not 1 and three"),
     "notation": (changed("polarization_i", "notation", "jones"), '"s"', "notation 'jones'"),
     "uncertain": (changed("uBRDF", "values", 3, -2), "-2", "an uncertainty is -2"),

@@ -17,7 +17,8 @@ from gonio.measured.text import clip
 DEEPEST = 64
 MOST_PLACES = 200_000  # values among which a place is looked for; of a later one it is that of what holds it
 MOST_PARTS = 1_000_000  # lists and objects; each takes some hundred bytes of memory, and two in the file
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
+# Possessive: a text of millions of characters must not leave a way back at each of them.
+_TOKEN = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[{}\[\],:]|[^\s{}\[\],:"]++', re.DOTALL)
 Step = str | int
 
 

@@ -194,9 +194,8 @@ def _polarisation(document: Document, name: str) -> list[str]:
                 )
             found.append(_STOKES.get(tuple(value)) or " ".join(f"{v:.17g}" for v in value))
         else:
-            what = (
-                f"{name} is {clip(str(value))} in the notation {clip(str(notation))!r}, not s, p, u or a Stokes vector"
-            )
+            said = f"{name} is {clip(str(value))!r} in the notation {clip(str(notation))!r}"
+            what = f"{said}, not s, p, u or a Stokes vector"
             raise document.wrong(what, "data", name, "values", n)
     return found
 

@@ -157,6 +157,8 @@ def _dataset(path: Path, header: Header, tables: list[Table], directions: xr.Dat
     grazing = np.cos(np.radians(directions["theta_r"].values)) <= _GRAZING
     if header.is_intensity and (unknown := int(np.count_nonzero(np.broadcast_to(grazing, below.shape) & ~below))):
         said.append(f"{unknown} intensities at the horizon, which say nothing about the BRDF, read as 0")
+    if not np.nan_to_num(scan["brdf"].values).any():
+        said.append("every value is zero")
     return functools.reduce(add_history, said, scan).assign_attrs(_stored(header))
 
 

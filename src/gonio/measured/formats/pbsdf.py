@@ -51,7 +51,8 @@ def _axis(fields: Fields, name: str) -> npt.NDArray[np.float64]:
     stored = fields.get(name, "<f4", 2)
     if stored.shape[0] != 1:
         raise fields.wrong(name, f"its shape is {stored.shape}, not one row")
-    degrees: npt.NDArray[np.float64] = np.degrees(stored.astype(float))
+    with np.errstate(invalid="ignore"):  # a NaN that signals is refused below like any other
+        degrees: npt.NDArray[np.float64] = np.degrees(stored.astype(float))
     least = -LARGEST[name] if name == "phi_d" else 0.0
     most = 360.0 if name == "phi_d" else LARGEST[name]
     inside = (degrees >= least - ROUNDING) & (degrees <= most + ROUNDING)

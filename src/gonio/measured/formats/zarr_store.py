@@ -48,7 +48,9 @@ def _opened(path: Path, at_once: bool) -> xr.Dataset:
             for name in scan.variables:
                 scan = _tidied(scan, str(name))
     except Exception as error:
-        what = f"is a damaged Zarr store ({clip(f'{type(error).__name__}: {error}'.splitlines()[0], 120)})"
+        said = f"{type(error).__name__}: {error}".splitlines()[0]
+        printable = "".join(c if c.isprintable() else "?" for c in said)
+        what = f"is a damaged Zarr store ({clip(printable, 120)})"
         raise FormatError(path, what, f"{METADATA}, line 1") from error
     return scan.set_coords([n for n in (*DIRECTIONS, *SETS) if n in scan.variables])
 
@@ -88,6 +90,10 @@ def _check(path: Path, scan: xr.Dataset, arrays: dict[str, Plan]) -> None:
         if name in scan.variables:
             most = 180.0 if "direction" not in scan["brdf"].dims else HORIZON
             _range(path, scan, name, (0.0, most) if name.startswith("theta") else (-np.inf, np.inf))
+    if "wavelength" in scan.variables:
+        wavelength = scan["wavelength"].values
+        good = bool((np.isfinite(wavelength) & (wavelength > 0)).all())
+        expect("wavelength", good, "a wavelength is not finite and positive")
     seen = _finite(path, scan)
     expect("brdf", seen, "every brdf value is zero or missing")
     del arrays

@@ -1,36 +1,16 @@
 """The commands about files: formats, info on whatever gonio reads, convert, diff."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gonio import read, write
-from gonio.app.cli import main
 from gonio.measured.dataset import make_scan
 from gonio.measured.formats import formats
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command in this process: exit code, standard output, standard error."""
-    monkeypatch.setenv("COLUMNS", "80")
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["gonio", *map(str, arguments)])
-        try:
-            main()
-            code = 0
-        except SystemExit as stop:
-            code = stop.code or 0
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
 
 
 @pytest.fixture

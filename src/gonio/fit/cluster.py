@@ -1,0 +1,208 @@
+"""A stack fitted by many processes, on this machine or others: Dask hands out blocks, everything big stays in stores."""
+
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from gonio.fit.manifest import Record
+from gonio.fit.solver import Progress, silent
+from gonio.fit.stack_run import Run, fit_block, prepare
+from gonio.model import Model
+from gonio.processes import THREADS, cores
+
+REMEDY = "pip install 'gonio[cluster]'"
+TASKS_A_THREAD = 2  # at work and waiting: few, so that memory is bounded and no worker waits for the next
+DEATHS = 3  # of workers that a block may cause before it is given up
+MOST_FAILURES = 3  # blocks that may fail before the others are not tried
+PATIENCE = 30  # s until a scheduler answers and has a worker
+# What a worker's libraries compute with one thread, because cores are shared out among processes already. XLA takes the
+# size of its thread pool from NPROC.
+ONE_THREAD = dict.fromkeys((*THREADS, "NPROC", "ZARR_THREADING__MAX_WORKERS"), "1") | {
+    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"
+}
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A client of a scheduler, and the address of its dashboard, empty where there is none."""
+
+    client: Any = field(repr=False)
+    dashboard: str
+    is_local: bool
+
+
+def dask_setup(worker: Any) -> None:
+    """What Dask calls in every process that starts: Ctrl-C is for the one that started it, which ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def connected(scheduler: str = "", workers: int = 0) -> Iterator[Cluster]:
+    """A cluster: that of the scheduler at an address such as tcp://host:8786, or one of processes on this machine.
+
+    workers: how many processes, of one thread each; 0 is one a core. Those of a scheduler are its own.
+    Raises ValueError where Dask is not installed, or the scheduler does not answer or has no worker.
+    """
+    if workers < 0:
+        raise ValueError(f"the number of workers must be at least 1, and is {workers}")
+    if scheduler and workers:
+        raise ValueError("the workers of a scheduler are started beside it: leave out --workers, or --scheduler")
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise ValueError(f"this needs Dask: {REMEDY}") from None
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(_settings()))
+        if scheduler:
+            client = stack.enter_context(_reached(scheduler))
+        else:
+            local = stack.enter_context(_local(workers or cores()))
+            client = stack.enter_context(distributed.Client(local))
+        yield Cluster(client, _dashboard(client), is_local=not scheduler)
+
+
+def _settings() -> dict[str, Any]:
+    spawned = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in ONE_THREAD.items()}
+    return {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE} | spawned
+
+
+def _local(workers: int) -> Any:
+    import logging
+
+    from distributed import LocalCluster
+
+    return LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        silence_logs=logging.CRITICAL,  # a worker that dies is started anew, and a block that fails is told once
+        preload=[__name__],
+    )
+
+
+@contextmanager
+def _reached(scheduler: str) -> Iterator[Any]:
+    from distributed import Client
+
+    try:
+        client = Client(scheduler, timeout=PATIENCE)
+    except (OSError, TimeoutError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise ValueError(f"no scheduler answers at {scheduler} ({said[:120]}): start one by `dask scheduler`") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise ValueError(
+                f"the scheduler at {scheduler} has no worker: start one by `dask worker {scheduler} --nthreads 1`"
+            ) from None
+        yield client
+
+
+def _dashboard(client: Any) -> str:
+    from importlib.util import find_spec
+
+    return str(client.dashboard_link) if find_spec("bokeh") else ""
+
+
+def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
+    """Fit every block that is not written yet, and hand out the record of each as it is.
+
+    A few tasks at a time are with the scheduler. Where a block fails, the others go on.
+    Raises ValueError, which names the blocks, at the end, or as soon as MOST_FAILURES have failed.
+    """
+    from distributed import as_completed
+
+    waiting, failed = iter(run.todo), dict[int, str]()
+    tasks: dict[Any, int] = {}
+    ended = as_completed()
+
+    def submit(block: int) -> None:
+        future = client.submit(fit_block, run.job, block, pure=False)
+        tasks[future] = block
+        ended.add(future)
+
+    def refill() -> None:
+        room = TASKS_A_THREAD * max(1, sum(client.nthreads().values()))
+        while len(tasks) < room and len(failed) < MOST_FAILURES:
+            block = next(waiting, None)
+            if block is None:
+                return
+            submit(block)
+
+    refill()
+    for future in ended:
+        block = tasks.pop(future)
+        if future.status == "finished":
+            yield future.result()
+        elif _is_innocent(future, run, block):
+            submit(block)
+        else:
+            failed[block] = _why(future, run, block)
+        refill()
+    if failed:
+        raise ValueError(_told(failed, run))
+
+
+def _is_innocent(future: Any, run: Run, block: int) -> bool:
+    """Whether a task was given up for deaths of workers that were at work on another block, it being in their queue."""
+    from distributed import KilledWorker
+
+    if not isinstance(future.exception(), KilledWorker):
+        return False
+    return run.attempts(block) <= DEATHS
+
+
+def _why(future: Any, run: Run, block: int) -> str:
+    from distributed import KilledWorker
+
+    error = future.exception()
+    if isinstance(error, KilledWorker):
+        return (
+            f"{run.job.blocks.words(block)} ended its worker {DEATHS + 1} times, which may be want of memory: "
+            "try a smaller --block, or look at its lanes"
+        )
+    return str(error) if isinstance(error, ValueError) else f"{run.job.blocks.words(block)}: {error!r}"
+
+
+def _told(failed: dict[int, str], run: Run) -> str:
+    there = len(run.manifest.written())
+    blocks = f"{len(failed)} block{'s' * (len(failed) > 1)} failed"
+    if len(failed) >= MOST_FAILURES:
+        blocks += ", and the rest was not tried"
+    return f"{'; '.join(failed.values())} ({blocks}; {there} of {len(run.job.blocks)} are there and are kept)"
+
+
+def fit_stack(
+    model: Model,
+    stack: str | Path,
+    out: str | Path,
+    *,
+    each: Sequence[str] = (),
+    scheduler: str = "",
+    workers: int = 0,
+    force: bool = False,
+    progress: Progress = silent,
+    **declared: Any,
+) -> xr.Dataset:
+    """Fit `model` to every lane of the stack in the Zarr store `stack`, and write the Solution to the Zarr store `out`.
+
+    What was written before is kept where `out` holds the same run, so a call that was ended is simply made again.
+    `declared` is handed on to `prepare`: problem, settings, block. Returns the opened store of results.
+    A script that calls this needs its guard `if __name__ == "__main__"`, since workers are fresh processes.
+    """
+    run = prepare(model, stack, out, each=each, force=force, **declared)
+    if run.todo:
+        with connected(scheduler, workers) as cluster:
+            done = sum(run.job.blocks.size(block) for block in run.done)
+            for record in fit_blocks(cluster.client, run):
+                done += record.lanes
+                progress(done / run.job.blocks.lanes)
+    return xr.open_zarr(out)

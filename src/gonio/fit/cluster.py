@@ -120,6 +120,7 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
     """
     from distributed import as_completed
 
+    run.begin()
     waiting, failed = iter(run.todo), dict[int, str]()
     tasks: dict[Any, int] = {}
     ended = as_completed()
@@ -153,23 +154,26 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
 
 def _is_innocent(future: Any, run: Run, block: int) -> bool:
     """Whether a task was given up for deaths of workers that were at work on another block, it being in their queue."""
+    return _is_killed(future) and run.attempts(block) <= DEATHS
+
+
+def _is_killed(future: Any) -> bool:
     from distributed import KilledWorker
 
-    if not isinstance(future.exception(), KilledWorker):
-        return False
-    return run.attempts(block) <= DEATHS
+    return future.status == "error" and isinstance(future.exception(), KilledWorker)
 
 
 def _why(future: Any, run: Run, block: int) -> str:
-    from distributed import KilledWorker
-
-    error = future.exception()
-    if isinstance(error, KilledWorker):
+    where = run.job.blocks.words(block)
+    if _is_killed(future):
         return (
-            f"{run.job.blocks.words(block)} ended its worker {DEATHS + 1} times, which may be want of memory: "
+            f"{where} ended its worker {DEATHS + 1} times, perhaps for want of memory: "
             "try a smaller --block, or look at its lanes"
         )
-    return str(error) if isinstance(error, ValueError) else f"{run.job.blocks.words(block)}: {error!r}"
+    if future.status != "error":
+        return f"{where} was given back by the scheduler ({future.status})"
+    error = future.exception()
+    return str(error) if isinstance(error, ValueError) else f"{where}: {error!r}"
 
 
 def _told(failed: dict[int, str], run: Run) -> str:

@@ -120,8 +120,17 @@ class Manifest:
 
     def written(self) -> set[int]:
         """The blocks that are there."""
-        names = [entry.name for entry in os.scandir(self.folder) if entry.name.endswith(".json")]
-        return {int(name[:-5]) for name in names if name[:-5].isdigit()}
+        return self._with(".json")
+
+    def begun(self) -> set[int]:
+        """The blocks of which a computation has begun, whatever came of it."""
+        return self._with(".started")
+
+    def _with(self, suffix: str) -> set[int]:
+        if not self.folder.is_dir():
+            return set()
+        names = [entry.name.removesuffix(suffix) for entry in os.scandir(self.folder) if entry.name.endswith(suffix)]
+        return {int(name) for name in names if name.isdigit()}
 
     def record(self, block: int) -> Record:
         return Record(**json.loads(self._mark(block).read_text(encoding="utf-8")))

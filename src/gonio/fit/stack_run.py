@@ -66,12 +66,25 @@ def _prepared(job: Job) -> tuple[Problem, xr.Dataset]:
 
 @dataclass(frozen=True)
 class Run:
-    """A job, the blocks that were written when it began, and how often computations of the others had begun by then."""
+    """A job, the blocks that were written when it began, and how often computations of the others had begun by then.
+
+    `fresh` makes the store where there is none to go on with.
+    """
 
     job: Job
     done: frozenset[int]
-    resumed: bool
     begun: Mapping[int, int]
+    fresh: Callable[[], None] | None = None
+
+    @property
+    def resumed(self) -> bool:
+        """Whether the store was there already."""
+        return self.fresh is None
+
+    def begin(self) -> None:
+        """Make the store, of which nothing is there before: what --force puts aside stays until all else is ready."""
+        if self.fresh:
+            self.fresh()
 
     @property
     def manifest(self) -> Manifest:
@@ -125,37 +138,32 @@ def prepare(
     )
     digest = hashlib.sha256(json.dumps(declared).encode()).hexdigest()
     job = Job(digest, stack, out, tuple(each), model, problem or {}, settings or {}, blocks, fit_many)
-    manifest = Manifest(out)
-    before = manifest.run()
+    before = Manifest(out).run()
     if before is None:
         refuse_existing(out, force)
-    elif not force:
-        if found := difference(before, declared):
-            raise ValueError(
-                f"{out} holds the fit of another run: {found}; choose another --out, or --force to start anew"
-            )
-        job.search()
-        return _run(job, resumed=True)
-    _create(job, opened, declared, force)
-    return _run(job, resumed=False)
-
-
-def _run(job: Job, resumed: bool) -> Run:
-    manifest = Manifest(job.out)
+    if before is None or force:
+        return Run(job, frozenset(), {}, _fresh(job, opened, declared, force))
+    if found := difference(before, declared):
+        raise ValueError(f"{out} holds the fit of another run: {found}; choose another --out, or --force to start anew")
+    job.search()
+    manifest = Manifest(out)
     done = frozenset(manifest.written())
-    begun = {block: len(manifest.starts(block)) for block in range(len(job.blocks)) if block not in done}
-    return Run(job, done, resumed, {block: count for block, count in begun.items() if count})
+    return Run(job, done, {block: len(manifest.starts(block)) for block in manifest.begun() - done})
 
 
-def _create(job: Job, stack: xr.Dataset, declared: Any, force: bool) -> None:
-    """The store without a lane fitted; what cannot be fitted is refused before anything is written."""
+def _fresh(job: Job, stack: xr.Dataset, declared: Any, force: bool) -> Callable[[], None]:
+    """What makes the store without a lane fitted; a problem that cannot be fitted is refused here."""
     problem, _ = job.prepared()
-    none = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.settings)
-    none = none.transpose(*job.blocks.dims, ...)
+    empty = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.settings)
+    empty = empty.transpose(*job.blocks.dims, ...)
     coords = {n: c for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(job.blocks.dims)}
-    with replacing(job.out, force) as temporary:
-        temporary.unlink()
-        lane_store.create(temporary, none, coords, job.blocks, declared)
+
+    def make() -> None:
+        with replacing(job.out, force) as temporary:
+            temporary.unlink()
+            lane_store.create(temporary, empty, coords, job.blocks, declared)
+
+    return make
 
 
 def fit_block(job: Job, block: int) -> Record:

@@ -138,16 +138,19 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
                 return
             submit(block)
 
-    refill()
-    for future in ended:
-        block = tasks.pop(future)
-        if future.status == "finished":
-            yield future.result()
-        elif _is_innocent(future, run, block):
-            submit(block)
-        else:
-            failed[block] = _why(future, run, block)
+    try:
         refill()
+        for future in ended:
+            block = tasks.pop(future)
+            if future.status == "finished":
+                yield future.result()
+            elif _is_innocent(future, run, block):
+                submit(block)
+            else:
+                failed[block] = _why(future, run, block)
+            refill()
+    finally:
+        client.cancel(list(tasks))  # what Ctrl-C leaves in the queue
     if failed:
         raise ValueError(_told(failed, run))
 

@@ -31,11 +31,15 @@ def write_stack(path: Path, lanes: dict[str, int], chunk: int = 8, seed: int = 0
     first = next(iter(lanes))
     stack = stack.assign_coords({first: 10 * np.arange(lanes[first])})
     stack = stack.assign_coords(label=(first, np.array([f"no {k}" for k in range(lanes[first])])))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the labels' type is not settled, and people will store it
-        chunks = (chunk, *(shape[1:-1]), shape[-1])
-        stack.to_zarr(path, mode="w", zarr_format=3, encoding={"brdf": {"chunks": chunks}})
+    put(stack, path, encoding={"brdf": {"chunks": (chunk, *(shape[1:-1]), shape[-1])}})
     return stack
+
+
+def put(stack: xr.Dataset, path: Path, **options: Any) -> None:
+    """The stack as people will store it, by xarray's defaults."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Zarr has not settled a type of fixed texts, nor consolidated metadata
+        stack.to_zarr(path, **({"mode": "w", "zarr_format": 3} | options))
 
 
 def means(
@@ -70,6 +74,12 @@ def means(
         coords={"parameter": ["rho"], "unit": ("parameter", [""])},
         attrs={"model": problem.model.name, "settings": json.dumps(settings)},
     )
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    """The bytes of every file of a store of results but of its manifest, which tells the time."""
+    names = {p: p.relative_to(out) for p in out.rglob("*") if p.is_file()}
+    return {str(n): p.read_bytes() for p, n in names.items() if n.parts[0] not in ("manifest", "zarr.json")}
 
 
 def fit(stack: Path, out: Path, **options: Any) -> xr.Dataset:

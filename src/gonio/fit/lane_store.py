@@ -111,16 +111,15 @@ def statuses(result: xr.Dataset) -> dict[str, int]:
     return {names[v]: n for v, n in zip(values.tolist(), counts.tolist(), strict=True)}
 
 
-def worst(result: xr.Dataset, region: Mapping[str, slice]) -> dict[str, Any] | None:
-    """The lane of the largest cost: `at` (its coordinates, or places), `cost` and `status`; None where none has one."""
+def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) -> dict[str, Any] | None:
+    """Of a block, with its part of the stack, the lane of the largest cost: `at` (its coordinates, or places), `cost` and `status`; None where none has one."""
     cost = result["cost"].values if "cost" in result else np.empty(0)
     if not np.isfinite(cost).any():
         return None
     place = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(cost), cost, np.nan))), cost.shape)
     at = {}
     for (dim, part), k in zip(region.items(), place, strict=True):
-        has = dim in result.coords and result[dim].ndim == 1
-        at[dim] = result[dim].values[k].item() if has else part.start + int(k)
+        at[dim] = stack[dim].values[k].item() if dim in stack.coords else part.start + int(k)
     lane = result.isel({dim: [int(k)] for dim, k in zip(region, place, strict=True)})
     return {
         "at": {dim: v if isinstance(v, int | float | str) else str(v) for dim, v in at.items()},

@@ -196,9 +196,8 @@ def difference(before: Any, now: Any, at: str = "") -> str:
         for key in dict.fromkeys([*before, *now]):
             name = f"{at} {key}".strip()
             if key not in before or key not in now:
-                has, had = (now, "no") if key not in before else (before, "none now")
-                other = f"{had}, and is {_said(has[key])} now" if had == "no" else f"{_said(has[key])}, and is {had}"
-                return f"its {name} was {other}"
+                was, is_now = (_said(which[key]) if key in which else "not given" for which in (before, now))
+                return f"its {name} was {was}, and is {is_now} now"
             if found := difference(before[key], now[key], name):
                 return found
         return ""

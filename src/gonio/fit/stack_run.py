@@ -185,7 +185,8 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
     started = manifest.start(block)
     problem, stack = _prepared(job)
     region = job.blocks.region(block)
-    result = job.search()(problem, stack.isel(region).load(), **job.settings).transpose(*job.blocks.dims, ...)
+    part = stack.isel(region).load()
+    result = job.search()(problem, part, **job.settings).transpose(*job.blocks.dims, ...)
     seconds = time.time() - started
     lane_store.write(job.out, result, job.blocks, block)
     record = Record(
@@ -198,7 +199,7 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
         seconds=seconds,
         peak_megabytes=_peak(),
         statuses=lane_store.statuses(result),
-        worst=lane_store.worst(result, region),
+        worst=lane_store.worst(result, part, region),
     )
     manifest.mark(record)
     return record

@@ -132,7 +132,7 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
 
     def refill() -> None:
         room = TASKS_A_THREAD * max(1, sum(client.nthreads().values()))
-        while len(tasks) < room and len(failed) < MOST_FAILURES:
+        while len(tasks) < room:
             block = next(waiting, None)
             if block is None:
                 return
@@ -144,10 +144,14 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
             block = tasks.pop(future)
             if future.status == "finished":
                 yield future.result()
+            elif run.manifest.is_written(block):  # by a worker that died before it could say so
+                yield run.manifest.record(block)
             elif _is_innocent(future, run, block):
                 submit(block)
             else:
                 failed[block] = _why(future, run, block)
+            if len(failed) >= MOST_FAILURES:
+                break
             refill()
     finally:
         client.cancel(list(tasks))  # what Ctrl-C leaves in the queue
@@ -156,8 +160,8 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
 
 
 def _is_innocent(future: Any, run: Run, block: int) -> bool:
-    """Whether a task was given up for deaths of workers that were at work on another block, it being in their queue."""
-    return _is_killed(future) and run.attempts(block) <= DEATHS
+    """Whether a task was lost with a worker, or given up for deaths of workers in whose queue it only waited."""
+    return future.status == "lost" or (_is_killed(future) and run.attempts(block) <= DEATHS)
 
 
 def _is_killed(future: Any) -> bool:

@@ -1,6 +1,6 @@
 """Stacks for tests of many fits, and a cheap fit of every lane that can be slow, fail, or end its process on demand.
 
-Run as a program it fits a stack as `gonio fit-stack` does, so that it can be ended: stacks.py STACK OUT PAUSE.
+Run as a program it fits a stack as `gonio fit-stack` does, so that it can be ended: stacks.py STACK OUT PAUSE WORKERS.
 """
 
 import json
@@ -92,4 +92,5 @@ def fit(stack: Path, out: Path, **options: Any) -> xr.Dataset:
 if __name__ == "__main__":
     import stacks  # workers find the function in the module, not in the program
 
-    stacks.fit(Path(sys.argv[1]), Path(sys.argv[2]), block=3, workers=2, settings={"pause": float(sys.argv[3])})
+    source, target, seconds, processes = sys.argv[1:]
+    stacks.fit(Path(source), Path(target), block=3, workers=int(processes), settings={"pause": float(seconds)})

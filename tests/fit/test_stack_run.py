@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-import stacks
 import xarray as xr
-from stacks import LAMBERT, contents, means, put, write_stack
 
+import stacks
 from gonio.fit import lane_store
 from gonio.fit.manifest import Blocks, Manifest
 from gonio.fit.stack_run import fit_block, prepare
 from gonio.measured.stack_store import open_stack
+from stacks import LAMBERT, contents, means, put, write_stack
 
 
 def prepared(tmp_path, **options):
@@ -88,7 +88,9 @@ def test_lanes_may_stand_anywhere_among_the_dimensions(tmp_path):
 
 def test_each_value_of_a_set_is_a_lane_when_asked(tmp_path):
     scan = write_stack(tmp_path / "first.zarr", {"sample": 2}).drop_vars("label")
-    colours = xr.concat([scan, 2 * scan], "wavelength", combine_attrs="override").assign_coords(wavelength=[450.0, 650.0])
+    colours = xr.concat([scan, 2 * scan], "wavelength", combine_attrs="override").assign_coords(
+        wavelength=[450.0, 650.0]
+    )
     colours["brdf"].attrs["units"] = "sr-1"
     put(colours, tmp_path / "stack.zarr")
     run = fitted(tmp_path, each=("wavelength",))

@@ -29,10 +29,16 @@ Each = Annotated[
     list[str], typer.Option("--each", metavar="COORD", help="fit each value for itself, as in wavelength, not jointly")
 ]
 Starts = Annotated[int, typer.Option("--starts", metavar="N", help="places at which the search of every scan starts")]
-Block = Annotated[int, typer.Option("--block", metavar="N", help="the most scans of a task, which is what a crash costs")]
+Block = Annotated[
+    int, typer.Option("--block", metavar="N", help="the most scans of a task, which is what a crash costs")
+]
 Precision = Annotated[str, typer.Option("--precision", help="float64 or float32")]
-Device = Annotated[str, typer.Option("--device", metavar="NAME", help="cpu or gpu; without it the one that JAX prefers")]
-Processes = Annotated[int, typer.Option("--workers", metavar="N", help="processes of one thread each; 0: one a core, one in all for gpu")]
+Device = Annotated[
+    str, typer.Option("--device", metavar="NAME", help="cpu or gpu; without it the one that JAX prefers")
+]
+Processes = Annotated[
+    int, typer.Option("--workers", metavar="N", help="processes of one thread each; 0: one a core, one in all for gpu")
+]
 Scheduler = Annotated[
     str, typer.Option("--scheduler", metavar="tcp://..", help="a Dask scheduler with workers of its own")
 ]

@@ -1,4 +1,4 @@
-"""A stack fitted by many processes, on this machine or others: Dask hands out blocks, everything big stays in stores."""
+"""A stack fitted by many processes, here or on other machines: Dask hands out blocks, what is big stays in stores."""
 
 import signal
 from collections.abc import Iterator, Sequence

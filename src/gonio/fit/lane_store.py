@@ -83,12 +83,12 @@ def write(path: Path, result: xr.Dataset, blocks: Blocks, block: int) -> None:
     """Put the Solution of one block into its chunks, and have these on the disk; what was half written is replaced."""
     import zarr
 
-    region = tuple(blocks.region(block).values())
+    region: Any = tuple(blocks.region(block).values())
     names = [str(n) for n in result.data_vars if is_per_lane(result[n], blocks)]
     group = zarr.open_group(path, mode="r+", use_consolidated=False)
     with zarr.config.set({"array.write_empty_chunks": True}):
         for name in names:
-            array = group[name]
+            array: Any = group[name]
             array[region] = result[name].values
             for file in _chunk_files(path / name, array, blocks.place(block)):
                 synchronise(file)
@@ -112,7 +112,10 @@ def statuses(result: xr.Dataset) -> dict[str, int]:
 
 
 def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) -> dict[str, Any] | None:
-    """Of a block, with its part of the stack, the lane of the largest cost: `at` (its coordinates, or places), `cost` and `status`; None where none has one."""
+    """The lane of a block that has the largest cost: `at` (its coordinates, or places), `cost` and `status`.
+
+    `stack` is the block's part of the stack. None where no lane has a cost.
+    """
     cost = result["cost"].values if "cost" in result else np.empty(0)
     if not np.isfinite(cost).any():
         return None

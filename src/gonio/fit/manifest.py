@@ -33,7 +33,7 @@ class Blocks:
         if most < 1:
             raise ValueError(f"a block holds at least one lane, and --block is {most}")
         room, chunk = most, []
-        for size in reversed(lanes.values()):
+        for size in reversed(tuple(lanes.values())):
             chunk.append(max(1, min(size, room)))
             room //= chunk[-1]
         return cls(tuple(lanes), tuple(lanes.values()), tuple(reversed(chunk)))

@@ -48,8 +48,9 @@ def command(stack, *more):
     return ("fit-stack", stack, "--model", "lambert", "--out", stack.with_name("out.zarr"), "--block", 2, *more)
 
 
-def test_a_stack_is_fitted_by_processes_and_told_of(run, stack):
+def test_a_stack_is_fitted_by_processes_and_told_of(run, stack, monkeypatch):
     """The whole way, with a worker of its own."""
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(stack.with_name("compiled")))
     code, out, err = run(*command(stack, "--workers", 1, "--json", stack.with_name("fit.json")))
     assert code == 0, err
     assert "1 worker on this machine; " in err

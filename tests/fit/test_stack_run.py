@@ -259,7 +259,7 @@ def test_what_is_no_stack_is_refused_in_a_sentence(tmp_path):
     with pytest.raises(ValueError, match=r"no variable brdf.*it has btdf"):
         prepare(LAMBERT, tmp_path / "other.zarr", tmp_path / "out.zarr", fit_many=means)
     put(stack.isel(sample=0), tmp_path / "one.zarr")
-    with pytest.raises(ValueError, match="one scan.*no stack"):
+    with pytest.raises(ValueError, match=r"one scan.*no stack"):
         prepare(LAMBERT, tmp_path / "one.zarr", tmp_path / "out.zarr", fit_many=means)
     put(stack.isel(sample=slice(0, 0)), tmp_path / "none.zarr")
     with pytest.raises(ValueError, match="holds no scan"):

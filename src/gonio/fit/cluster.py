@@ -21,7 +21,7 @@ DEATHS = 3  # of workers that a block may cause before it is given up
 MOST_FAILURES = 3  # blocks that may fail before the others are not tried
 PATIENCE = 30  # s until a scheduler answers and has a worker
 # What a worker's libraries compute with one thread, because cores are shared out among processes already. XLA takes the
-# size of its thread pool from NPROC.
+# size of its thread pool from NPROC; its flag alone leaves the parts of one computation to several threads.
 ONE_THREAD = dict.fromkeys((*THREADS, "NPROC", "ZARR_THREADING__MAX_WORKERS"), "1") | {
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"
 }
@@ -68,8 +68,19 @@ def connected(scheduler: str = "", workers: int = 0) -> Iterator[Cluster]:
 
 
 def _settings() -> dict[str, Any]:
-    spawned = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in ONE_THREAD.items()}
+    """Dask's settings; variables of the environment that are set already are left to who set them."""
+    spawned = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in (ONE_THREAD | _kept()).items()}
     return {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE} | spawned
+
+
+def _kept() -> dict[str, str]:
+    """Where JAX keeps what it compiled, for workers to come: by machine, as processors differ."""
+    import socket
+
+    import pooch
+
+    folder = Path(pooch.os_cache("gonio")) / "compiled" / socket.gethostname()
+    return {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.3"}
 
 
 def _local(workers: int) -> Any:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from gonio.fit.manifest import FOLDER, Blocks, now, synchronise
 
+OF_ONE_CALL = ("seconds",)  # attributes of a Solution that are not those of all blocks
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written
 
 
@@ -26,7 +27,8 @@ def create(path: Path, empty: xr.Dataset, coords: Mapping[Any, xr.DataArray], bl
     import zarr
 
     common = empty.drop_vars([n for n in empty.variables if set(empty[n].dims) & set(blocks.dims)])
-    common = common.assign_coords(coords).assign_attrs({k: _plain(v) for k, v in empty.attrs.items()})
+    common.attrs = {k: _plain(v) for k, v in empty.attrs.items() if k not in OF_ONE_CALL}
+    common = common.assign_coords(coords)
     for name in [str(n) for n, v in common.variables.items() if v.dtype.kind in "US" or _is_text(v)]:
         texts = common[name].values.astype(np.dtypes.StringDType())  # the type of texts that Zarr's format 3 settled
         common = common.assign({name: (common[name].dims, texts, common[name].attrs)})

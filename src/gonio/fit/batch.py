@@ -344,7 +344,7 @@ def _tried(d: int, grid: int) -> tuple[Values, tuple[int, ...]]:
     """Shapes from which searches start (d, tried), and the form of their grid, which three dimensions do not have."""
     if d <= 2:
         axis = np.linspace(0.0, 1.0, grid if d == 2 else 3 * grid)
-        return np.array(list(itertools.product(axis, repeat=d))).reshape(-1, d).T, (len(axis),) * d
+        return np.array(list(itertools.product(axis, repeat=d))).T.reshape(d, len(axis) ** d), (len(axis),) * d
     from scipy.stats import qmc
 
     return qmc.Sobol(d, scramble=False).random(2 ** int(np.ceil(np.log2(64 * d)))).T, ()

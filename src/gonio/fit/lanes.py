@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from gonio.fit.lane_layout import FOLD, Layout
-from gonio.fit.sweep import bounded, sweep, unit_scaled
+from gonio.fit.sweep import bordered, bounded, sweep, unit_scaled
 from gonio.geometry import Geometry
 
 Array = jax.Array
@@ -221,11 +221,7 @@ def _projected(layout: Layout, lanes: Lanes, point: _Point, side: Array) -> tupl
     free = side == 0
     more = _vector(layout, point.columns, residual, layout.n)
     scaled, length = unit_scaled(matrix)
-    last = (more / length)[:, None]
-    whole = jnp.concatenate(
-        [jnp.concatenate([scaled, last], 1), jnp.swapaxes(jnp.concatenate([last, 0 * last[:1]]), 0, 1)]
-    )
-    swept, used = sweep(whole, layout.n, free)
+    swept, used = sweep(bordered(scaled, more / length), layout.n, free)
     weights = jnp.clip(weights + jnp.where(used, swept[: layout.n, layout.n], 0.0) / length, lanes.lower, lanes.upper)
     return matrix, weights, side, left(point, weights)
 
@@ -240,12 +236,13 @@ def left(point: _Point, weights: Array) -> Array:
 def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Array, Array]:
     """A damped step (d, lanes) from `unit`, and what it would win if the model were straight and had no bounds."""
     d = len(pull)
+    if not d:
+        return pull, jnp.zeros_like(damping)
     free = ~(((unit <= 0) & (pull < 0)) | ((unit >= 1) & (pull > 0)))
     scaled, length = unit_scaled(hessian)
     damped = scaled + damping * jnp.eye(d, dtype=pull.dtype)[:, :, None]
     rhs = jnp.where(free, pull / length, 0.0)
-    whole = jnp.concatenate([jnp.concatenate([damped, rhs[:, None]], 1), jnp.concatenate([rhs, 0 * rhs[:1]])[None]])
-    swept, used = sweep(whole, d, free)
+    swept, used = sweep(bordered(damped, rhs), d, free)
     step = jnp.where(used, swept[:d, d], 0.0)
     won = 2 * jnp.sum(rhs * step, axis=0) - jnp.sum(step[:, None] * scaled * step[None, :], axis=(0, 1))
     return step / length, won

@@ -21,6 +21,12 @@ def unit_scaled(gram: Array) -> tuple[Array, Array]:
     return gram / length[:, None] / length[None, :], length
 
 
+def bordered(matrix: Array, rhs: Array) -> Array:
+    """The matrix with a right-hand side (n, lanes) as last row and column, which a sweep turns into the solution."""
+    row = jnp.concatenate([rhs, jnp.zeros_like(rhs[:1])])[None]
+    return jnp.concatenate([jnp.concatenate([matrix, rhs[:, None]], axis=1), row])
+
+
 def alike(dtype: Any) -> float:
     """Squared sine of an angle between columns below which they are one: rounding has eaten what tells them apart."""
     return 64 * float(np.finfo(dtype).eps)
@@ -67,8 +73,7 @@ def bounded(gram: Array, rhs: Array, lower: Array, upper: Array, side: Array) ->
         edge = jnp.where(side < 0, at_low, jnp.where(side > 0, at_high, 0.0))
         left = b - jnp.sum(g * edge[None], axis=1)
         free = side == 0
-        whole = jnp.concatenate([jnp.concatenate([g, left[:, None]], 1), jnp.concatenate([left, 0 * left[:1]])[None]])
-        swept, used = sweep(whole, n, free)
+        swept, used = sweep(bordered(g, left), n, free)
         x = jnp.where(used, swept[:n, n], edge)
         size = slack * (jnp.abs(b).max(axis=0) + jnp.abs(x).max(axis=0))
         pull = swept[:n, n]  # of the residual on a value that is not free

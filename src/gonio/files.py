@@ -11,7 +11,7 @@ from pathlib import Path
 class FormatError(ValueError):
     """A file that cannot be read: which, where in it (a line or a byte offset), what was expected.
 
-    What is quoted from the file may hold characters that cannot be printed: they are escaped (`\\x0c`).
+    What is quoted from the file may hold characters that cannot be printed: they are escaped, a form feed as in Python.
     """
 
     def __init__(self, path: str | Path, what: str, where: str = "") -> None:

@@ -1,7 +1,7 @@
 """Many scans of the same directions in one Dataset: lanes beside a scan's own dimensions.
 
-A lane is one scan of the stack: a sample, a pixel, a ground cell, or a wavelength that is fitted on its own. Lanes share
-their directions; each has its own values, uncertainties, mask and gaps.
+A lane is one scan of the stack: a sample, a pixel, a ground cell, or a wavelength that is fitted on its own. Lanes
+share their directions; each has its own values, uncertainties, mask and gaps.
 """
 
 import math

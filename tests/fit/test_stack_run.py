@@ -290,3 +290,22 @@ def test_a_stack_of_gonios_own_writer_keeps_its_texts(tmp_path):
 def test_the_stand_in_is_found_by_its_name():
     """Workers import it: a function of a test's own would not reach them."""
     assert means.__module__ == stacks.__name__
+
+
+def test_no_lanes_give_a_solution_of_none_at_once(tmp_path, monkeypatch):
+    """The store of many lanes is made by it, so it must hold the same variables, and touch no device."""
+    pytest.importorskip("jax")
+    from gonio.fit import batch
+
+    stack = write_stack(tmp_path / "stack.zarr", {"x": 3, "y": 2})
+    problem = prepared(tmp_path).job.prepared()[0]
+    full = batch.fit_many(problem, stack)
+    monkeypatch.setattr(batch, "_device", lambda name: pytest.fail("a device was asked for"))
+    empty = batch.fit_many(problem, stack.isel(x=slice(0, 0)))
+    assert {n: (v.dims, v.dtype, list(v.attrs)) for n, v in empty.data_vars.items()} == {
+        n: (v.dims, v.dtype, list(v.attrs)) for n, v in full.data_vars.items()
+    }
+    assert set(empty.attrs) == set(full.attrs)
+    assert empty.sizes == dict(full.sizes) | {"x": 0}
+    with pytest.raises(ValueError, match="no precision"):
+        batch.fit_many(problem, stack.isel(x=slice(0, 0)), precision="float16")

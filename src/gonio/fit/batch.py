@@ -68,6 +68,7 @@ def fit_many(
 
     stack: a Dataset whose `brdf` has the dimensions of one scan and further ones, lanes: each is fitted on its own,
         with its own gaps, mask and uncertainties, over directions that all share. One on disk is read block by block.
+        One of no lanes gives an empty Dataset at once, which says what one of many lanes would hold.
     problem: model, held, grouped, shared, weighting and bounds; its scan says which dimensions are no lanes.
     starts: minima that are followed for each lane, from the best of a common grid of so many shapes a dimension (of 64
         quasi-random ones a dimension where there are three and more). max_steps: steps of each search. line: from a
@@ -83,18 +84,23 @@ def fit_many(
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
-    problem = replace(problem, data=one_scan(stack, dims))
     _refuse(problem, covariance, precision)
-    lanes = Lanes(stack, dims, problem.points[NODE].values)
+    if all(stack.sizes[d] for d in dims):
+        problem = replace(problem, data=one_scan(stack, dims))
+        lanes = Lanes(stack, dims, problem.points[NODE].values)
+    else:
+        lanes = Lanes(stack, dims, np.empty(0, dtype=np.intp))
     search = _Search(starts, grid, max_steps, line, covariance, np.dtype(precision), block)
     found = Results(problem, len(lanes), covariance)
-    with _jax(precision, device):
-        runner = _Runner(problem, lanes, search, found)
-        for part in blocks(problem, runner.shared, lanes, runner.width, covariance == ABSOLUTE):
-            runner.take(part)
-            progress(0.95 * part.rows[-1] / len(lanes))
-        runner.flush()
-        progress(1.0)
+    _jax_or_remedy()
+    if len(lanes):
+        with _jax(precision, device):
+            runner = _Runner(problem, lanes, search, found)
+            for part in blocks(problem, runner.shared, lanes, runner.width, covariance == ABSOLUTE):
+                runner.take(part)
+                progress(0.95 * part.rows[-1] / len(lanes))
+            runner.flush()
+    progress(1.0)
     return found.dataset(problem, stack, lanes).assign_attrs(
         solver="projection, batched",
         settings=f"starts={starts}, grid={grid}, max_steps={max_steps}, line={line}",
@@ -142,10 +148,7 @@ class _jax:  # noqa: N801
     """JAX with the precision and on the device that were asked for; ValueError where it lacks either."""
 
     def __init__(self, precision: str, device: str) -> None:
-        try:
-            import jax
-        except ImportError:
-            raise ValueError("fits of many scans need JAX: pip install 'gonio[batch]'") from None
+        jax = _jax_or_remedy()
         self._wide: Any = jax.enable_x64(precision == "float64")
         self._place: Any = jax.default_device(_device(device))
 
@@ -156,6 +159,14 @@ class _jax:  # noqa: N801
     def __exit__(self, *error: Any) -> None:
         self._place.__exit__(*error)
         self._wide.__exit__(*error)
+
+
+def _jax_or_remedy() -> Any:
+    try:
+        import jax
+    except ImportError:
+        raise ValueError("fits of many scans need JAX: pip install 'gonio[batch]'") from None
+    return jax
 
 
 def _device(name: str) -> Any:

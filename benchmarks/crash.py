@@ -18,19 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from dask_bench import MODEL, SCANS, THETA_I, THETA_R, command, write_stack
+from dask_bench import MODEL, SCANS, THETA_I, THETA_R, command, results, write_stack
 from nist import machine
 
 from gonio.fit.manifest import Manifest
 
 RECORD = Path(__file__).resolve().parent / "crash.json"
 ROUNDS = 3
-
-
-def results(out: Path) -> dict[str, bytes]:
-    """Every file of the results but the manifest, which tells the time."""
-    files = {p.relative_to(out): p for p in out.rglob("*") if p.is_file()}
-    return {str(n): p.read_bytes() for n, p in files.items() if n.parts[0] not in ("manifest", "zarr.json")}
 
 
 def begun(stack: Path, out: Path) -> subprocess.Popen[bytes]:

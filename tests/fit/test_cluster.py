@@ -21,7 +21,7 @@ from gonio.fit.stack_run import fit_block, prepare
 
 LANES, BLOCK = 30, 3
 PROGRAM = Path(__file__).resolve().parent.parent / "stacks.py"
-LONGEST = 60.0  # s that anything waited for may take on a loaded machine
+LONGEST = 120.0  # s that anything waited for may take on a loaded machine
 
 
 @pytest.fixture(scope="module")

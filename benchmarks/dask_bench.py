@@ -2,9 +2,9 @@
 
 Every scan has 3 x 161 directions in plane, and is Cauchy-Lorentz with ks of its own at each incidence angle and 1 %
 noise. The figure is the ratio of times of the fitting phase, with the cluster up, from the first task to the last
-block on the disk; the whole command is beside it. What is compiled is kept from a first run of a few scans, which is not
-counted but told: that is how a second stack of the same kind is fitted. The load is told too, since the figure means
-nothing on a machine that others use.
+block on the disk; the whole command is beside it. What is compiled is kept from a first run of a few scans, which is
+not counted but told: that is how a second stack of the same kind is fitted. The load is told too, since the figure
+means nothing on a machine that others use.
 """
 
 import json

@@ -154,11 +154,12 @@ def started(stack, out, pause, workers):
 
 
 def is_running(process):
+    import psutil  # comes with distributed
+
     try:
-        os.kill(process, 0)
-    except ProcessLookupError:
+        return psutil.Process(process).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
         return False
-    return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
 
 
 def test_a_run_that_is_killed_goes_on_where_it_stopped(stack, undisturbed, tmp_path):

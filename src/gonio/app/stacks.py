@@ -106,7 +106,7 @@ def fit_stack(
         block=block,
         force=force,
     )
-    if device == "gpu" and not scheduler:
+    if device not in ("", "cpu") and not scheduler:
         workers = workers or 1  # each would take the device's memory for itself
     seconds = _fitted(run, scheduler, workers, force) if run.todo else 0.0
     found = _record(run, stack, out, seconds)

@@ -1,6 +1,7 @@
 """A stack fitted by many processes, here or on other machines: Dask hands out blocks, what is big stays in stores."""
 
 import signal
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -132,7 +133,7 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
     from distributed import as_completed
 
     run.begin()
-    waiting, failed = iter(run.todo), dict[int, str]()
+    waiting, failed, again = iter(run.todo), dict[int, str](), Counter[int]()
     tasks: dict[Any, int] = {}
     ended = as_completed()
 
@@ -157,7 +158,8 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
                 yield future.result()
             elif run.manifest.is_written(block):  # by a worker that died before it could say so
                 yield run.manifest.record(block)
-            elif _is_innocent(future, run, block):
+            elif again[block] < DEATHS and _is_innocent(future, run, block):
+                again[block] += 1
                 submit(block)
             else:
                 failed[block] = _why(future, run, block)
@@ -185,7 +187,7 @@ def _why(future: Any, run: Run, block: int) -> str:
     where = run.job.blocks.words(block)
     if _is_killed(future):
         return (
-            f"{where} ended its worker {DEATHS + 1} times, perhaps for want of memory: "
+            f"{where} ended its worker {max(run.attempts(block), DEATHS + 1)} times, perhaps for want of memory: "
             "try a smaller --block, or look at its lanes"
         )
     if future.status != "error":

@@ -27,9 +27,9 @@ ONE_THREAD = dict.fromkeys((*THREADS, "NPROC", "ZARR_THREADING__MAX_WORKERS"), "
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"
 }
 
-# Arrays of a block are made and dropped again and again: given back to the system each time, as Dask has it by default,
-# they cost a third of a worker's time in page faults. glibc keeps up to so many bytes of them.
-KEPT_MEMORY = dict.fromkeys(("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"), str(256 * 2**20))
+# Arrays of a block are made and dropped again and again. Dask has glibc give all of them back to the system each time,
+# whose page faults cost a sixth of a worker's time and more: what is below 32 MiB is kept, 256 MiB in all.
+KEPT_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(32 * 2**20), "MALLOC_TRIM_THRESHOLD_": str(256 * 2**20)}
 
 
 @dataclass(frozen=True)

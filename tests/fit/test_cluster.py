@@ -179,9 +179,10 @@ def test_a_run_that_is_killed_goes_on_where_it_stopped(stack, undisturbed, tmp_p
         assert kept.items() <= there.items()  # what was written is still there, by whom it was
         kept = there
     assert len(kept) < LANES / BLOCK, "the run was killed too late to show anything"
-    process = started(stack, out, pause, 2)
-    _, errors = process.communicate(timeout=LONGEST)
-    assert process.returncode == 0, errors.decode()
+    run = prepare(LAMBERT, stack, out, block=BLOCK, fit_many=means, settings={"pause": pause})
+    assert run.done == set(kept)
+    for block in run.todo:
+        fit_block(run.job, block)
     assert contents(out) == undisturbed
     counts = computations(manifest)
     assert len(counts) == LANES / BLOCK

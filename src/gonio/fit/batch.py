@@ -11,11 +11,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fit.anneal import Anneal
 from gonio.fit.covariance import ABSOLUTE, COVARIANCES, DEFAULT
 from gonio.fit.lane_blocks import FITTED, Block, blocks, joined
 from gonio.fit.lane_layout import laid_out
 from gonio.fit.lane_results import Results, solution
 from gonio.fit.problem import Problem
+from gonio.fit.projection import Projection
 from gonio.fit.solver import Progress, silent
 from gonio.measured.stack import NODE, Lanes, lane_dims, one_scan
 
@@ -41,6 +43,7 @@ Pools = dict[bool, list[tuple[Block, Any]]]  # lanes that wait and their states,
 class _Search:
     """How lanes are searched: settings of `fit_many`."""
 
+    anneal: Anneal | None
     starts: int
     grid: int
     max_steps: int
@@ -54,7 +57,8 @@ def fit_many(
     problem: Problem,
     stack: xr.Dataset,
     *,
-    starts: int = 2,
+    anneal: Anneal | None = None,
+    starts: int = 0,
     grid: int = 13,
     max_steps: int = 200,
     line: int = 11,
@@ -69,9 +73,11 @@ def fit_many(
     stack: a Dataset whose `brdf` has the dimensions of one scan and further ones, lanes: each is fitted on its own,
         with its own gaps, mask and uncertainties, over directions that all share. One on disk is read block by block.
     problem: model, held, grouped, shared, weighting and bounds; its scan says which dimensions are no lanes.
+    anneal: the paper's Appendix A in place of exact weights, for those who want it; its chains run side by side.
     starts: minima that are followed for each lane, from the best of a common grid of so many shapes a dimension (of 64
-        quasi-random ones a dimension where there are three and more). max_steps: steps of each search. line: from a
-        minimum at a bound, so many points along each coordinate look for a better one; 0 for none.
+        quasi-random ones a dimension where there are three and more); 0 takes 2, and 4 from three shape values on.
+    max_steps: steps of each search. line: from a minimum at a bound, and from any of three shape values and more, so
+        many points along each coordinate look for a better one; 0 for none.
     covariance: of `fit.covariance`, or "" for none. precision: float64 or float32, in which rounding moves E by some
         1e-6 and values that the data hardly tell by more. device: "cpu", "gpu", or what JAX prefers.
     block: lanes that are searched side by side; 0 takes what suits the device. Results do not depend on other lanes of
@@ -86,7 +92,7 @@ def fit_many(
     problem = replace(problem, data=one_scan(stack, dims))
     _refuse(problem, covariance, precision)
     lanes = Lanes(stack, dims, problem.points[NODE].values)
-    search = _Search(starts, grid, max_steps, line, covariance, np.dtype(precision), block)
+    search = _Search(anneal, starts, grid, max_steps, line, covariance, np.dtype(precision), block)
     found = Results(problem, len(lanes), covariance)
     with _jax(precision, device):
         runner = _Runner(problem, lanes, search, found)
@@ -96,8 +102,8 @@ def fit_many(
         runner.flush()
         progress(1.0)
     return found.dataset(problem, stack, lanes).assign_attrs(
-        solver="projection, batched",
-        settings=f"starts={starts}, grid={grid}, max_steps={max_steps}, line={line}",
+        solver=f"{anneal.name if anneal else Projection.name}, batched",
+        settings=repr(anneal) if anneal else f"{starts=}, {grid=}, {max_steps=}, {line=}",
         precision=precision,
         device=device or "default",
         covariance=covariance,
@@ -185,7 +191,9 @@ class _Runner:
         self.width = self._width(len(lanes))
         self.geometry = tuple(map(self._cast, self.shared.geometry))
         self.held = {name: self._cast(v) for name, v in self.shared.held.items()}
-        self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in problem.axes().maps)
+        self.lower, self.upper = search.anneal.bounds(problem) if search.anneal else (problem.lower, problem.upper)
+        maps = problem.axes(*(bound[self.layout.n :] for bound in (self.lower, self.upper))).maps
+        self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in maps)
         self.points, self.grid = _tried(self.layout.d, search.grid)
         self.pools: Pools = {True: [], False: []}
         self.edges: Pools = {True: [], False: []}
@@ -195,8 +203,9 @@ class _Runner:
 
         if self.search.block:
             return self.search.block
+        chains = self.search.anneal.chains if self.search.anneal else 1
         values = ON_CPU if jax.devices()[0].platform == "cpu" else ON_GPU
-        suits = 2 ** int(np.log2(max(values / (self.layout.cells * self.layout.rows), 1)))
+        suits = 2 ** int(np.log2(max(values / (self.layout.cells * self.layout.rows * chains), 1)))
         return min(suits, WIDEST, 2 ** int(np.ceil(np.log2(lanes))))
 
     def take(self, block: Block) -> None:
@@ -205,6 +214,9 @@ class _Runner:
         from gonio.fit import lanes as compiled
 
         data = self._data(block)
+        if self.search.anneal:
+            self._keep(block, data, self._annealed(block, data, self.search.anneal))
+            return
         starts = self._cast(np.zeros((1, 0, self.width)))
         if self.layout.d:
             starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
@@ -216,6 +228,20 @@ class _Runner:
             self._cross(block.alike)
         while _count(self.pools[block.alike]) >= self.width:
             self._go_on(block.alike)
+
+    def _annealed(self, block: Block, data: "compiled.Lanes", anneal: Anneal) -> "compiled.State":
+        """The chains of every lane to their end; the random numbers of a lane follow from the seed and its place."""
+        import jax
+
+        from gonio.fit.lane_annealing import Schedule, annealed
+
+        rows = np.pad(block.rows, (0, self.width - len(block)))
+        keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(anneal.seed), rows)
+        numbers = (anneal.initial_temperature, anneal.final_temperature, anneal.cooling_rate, anneal.step)
+        tolerance = anneal.tolerance if anneal.tolerance > 0 else -np.inf
+        cast = [self._cast(np.asarray(v)) for v in (*numbers, tolerance)]
+        schedule = Schedule(*cast, self._steps(anneal.patience))  # type: ignore[call-arg]
+        return annealed(self.layout, data, keys, schedule, self._steps(anneal.max_iterations), anneal.chains)
 
     def flush(self) -> None:
         """Search what is left in the pools to the end."""
@@ -286,11 +312,13 @@ class _Runner:
             error = self._cast(self._wide(block.error))
             spread = lane_covariance.covariance(self.layout, data, state, error, self.search.covariance)
         done = np.asarray(state.done)[: len(block)] | (block.status != FITTED)
-        ended = done | (np.asarray(state.steps)[: len(block)] >= self.search.max_steps)
+        spent = bool(self.search.anneal) | (np.asarray(state.steps)[: len(block)] >= self.search.max_steps)
+        ended = done | spent
         self.found.put(self.layout, block, self.axes, state, spread, np.flatnonzero(ended), done)
         bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
+        bound |= self.layout.d > 2
         edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < CROSSINGS)
-        if self.search.line and self.layout.d and edge.any():
+        if self.search.line and self.layout.d and edge.any() and not self.search.anneal:
             which = np.flatnonzero(edge)
             part = replace(block.part(which), crossed=block.crossed[which] + np.int8(1))
             self.edges[block.alike].append((part, _lanes_in(state, which)))
@@ -302,7 +330,7 @@ class _Runner:
         from gonio.fit import lanes as compiled
 
         scale = self._wide(block.scale, 1.0)
-        lower, upper = (np.asarray(b[: self.layout.n])[:, None] / scale for b in (self.shared.lower, self.shared.upper))
+        lower, upper = (np.asarray(b[: self.layout.n])[:, None] / scale for b in (self.lower, self.upper))
         arrays = (lower, upper, block.root if block.alike else self._wide(block.root), self._wide(block.target))
         return compiled.Lanes(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
 
@@ -313,7 +341,8 @@ class _Runner:
         return np.pad(values, pad, constant_values=fill) if missing > 0 else values
 
     def _starts(self) -> int:
-        return min(self.search.starts, self.points.shape[1])
+        asked = self.search.starts or (2 if self.layout.d <= 2 else 4)
+        return min(asked, self.points.shape[1])
 
     def _steps(self, steps: int) -> Any:
         import jax.numpy as jnp

@@ -32,7 +32,7 @@ ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what
 WIDEST = 2**16  # lanes of a block
 BETTER = 1e-10  # of E: by how much another minimum must be lower
 CROSSINGS = 2  # how often a minimum is crossed
-RACE = 3  # steps after which the better start of each lane is known
+RACE, LONG_RACE = 3, 12  # steps after which the better start of each lane is known; from three shape values on
 FIRST, LATER = 5, 8  # steps in which most lanes end; the others go on together, so that few wait for the slowest
 
 
@@ -60,7 +60,7 @@ def fit_many(
     anneal: Anneal | None = None,
     starts: int = 0,
     grid: int = 13,
-    max_steps: int = 200,
+    max_steps: int = 500,
     line: int = 11,
     covariance: str = DEFAULT,
     precision: str = "float64",
@@ -221,7 +221,8 @@ class _Runner:
         if self.layout.d:
             starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
         begun = (compiled.begin(self.layout, data, unit) for unit in starts)
-        raced = [compiled.advance(self.layout, data, state, self._steps(RACE)) for state in begun]
+        race = self._steps(RACE if self.layout.d <= 2 else LONG_RACE)
+        raced = [compiled.advance(self.layout, data, state, race) for state in begun]
         state = functools.reduce(compiled.better, raced)
         self._keep(block, data, compiled.advance(self.layout, data, state, self._steps(FIRST)))
         while _count(self.edges[block.alike]) >= self.width:

@@ -14,7 +14,7 @@ import xarray as xr
 from gonio.fit.anneal import Anneal
 from gonio.fit.covariance import ABSOLUTE, COVARIANCES, DEFAULT
 from gonio.fit.lane_blocks import FITTED, Block, blocks, joined
-from gonio.fit.lane_layout import laid_out
+from gonio.fit.lane_layout import Shared, laid_out
 from gonio.fit.lane_results import Results, solution
 from gonio.fit.problem import Problem
 from gonio.fit.projection import Projection
@@ -30,6 +30,7 @@ Values = npt.NDArray[Any]
 PRECISIONS = ("float64", "float32")
 ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what keeps a GPU busy
 WIDEST = 2**16  # lanes of a block
+LONG, FEW = 2**14, 2**12  # points of a scan that is long, and of the part of it that is searched first
 BETTER = 1e-10  # of E: by how much another minimum must be lower
 CROSSINGS = 2  # how often a minimum is crossed
 RACE, LONG_RACE = 3, 12  # steps after which the better start of each lane is known; from three shape values on
@@ -93,14 +94,8 @@ def fit_many(
     _refuse(problem, covariance, precision)
     lanes = Lanes(stack, dims, problem.points[NODE].values)
     search = _Search(anneal, starts, grid, max_steps, line, covariance, np.dtype(precision), block)
-    found = Results(problem, len(lanes), covariance)
     with _jax(precision, device):
-        runner = _Runner(problem, lanes, search, found)
-        for part in blocks(problem, runner.shared, lanes, runner.width, covariance == ABSOLUTE):
-            runner.take(part)
-            progress(0.95 * part.rows[-1] / len(lanes))
-        runner.flush()
-        progress(1.0)
+        found = _searched(problem, lanes, search, progress)
     return found.dataset(problem, stack, lanes).assign_attrs(
         solver=f"{anneal.name if anneal else Projection.name}, batched",
         settings=repr(anneal) if anneal else f"{starts=}, {grid=}, {max_steps=}, {line=}",
@@ -110,6 +105,36 @@ def fit_many(
         seconds=time.perf_counter() - started,
         versions=", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "jax", "jaxlib")),
     )
+
+
+def _searched(problem: Problem, lanes: Lanes, search: _Search, progress: Progress) -> Results:
+    """What the search of every lane found; that of long scans begins where one of some of their points ended."""
+    shared, start = laid_out(problem), None
+    if shared.order.size > LONG and len(problem.free_shape) and not search.anneal:
+        few = replace(search, covariance="")
+        some = _run(problem, shared.thinned(FEW), lanes, few, None, lambda done: progress(done / 2))
+        shape = some.value[:, problem.n_weights :]
+        start = problem.axes().unit(np.where(np.isfinite(shape), shape, problem.shape_start)).T
+        progress = functools.partial(_second_half, progress)
+    return _run(problem, shared, lanes, search, start, progress)
+
+
+def _second_half(progress: Progress, done: float) -> None:
+    progress((1 + done) / 2)
+
+
+def _run(
+    problem: Problem, shared: Shared, lanes: Lanes, search: _Search, start: Values | None, progress: Progress
+) -> Results:
+    """Every lane, block after block; from `start` (d, lanes) where that is known."""
+    found = Results(problem, len(lanes), search.covariance)
+    runner = _Runner(problem, shared, len(lanes), search, start, found)
+    for block in blocks(problem, shared, lanes, runner.width, search.covariance == ABSOLUTE):
+        runner.take(block)
+        progress(0.95 * block.rows[-1] / len(lanes))
+    runner.flush()
+    progress(1.0)
+    return found
 
 
 def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
@@ -185,12 +210,13 @@ class _Runner:
     keeps no block busy.
     """
 
-    def __init__(self, problem: Problem, lanes: Lanes, search: _Search, found: Results) -> None:
-        self.shared = laid_out(problem)
-        self.layout, self.search, self.found = self.shared.layout, search, found
-        self.width = self._width(len(lanes))
-        self.geometry = tuple(map(self._cast, self.shared.geometry))
-        self.held = {name: self._cast(v) for name, v in self.shared.held.items()}
+    def __init__(
+        self, problem: Problem, shared: Shared, lanes: int, search: _Search, start: Values | None, found: Results
+    ) -> None:
+        self.layout, self.search, self.start, self.found = shared.layout, search, start, found
+        self.width = self._width(lanes)
+        self.geometry = tuple(map(self._cast, shared.geometry))
+        self.held = {name: self._cast(v) for name, v in shared.held.items()}
         self.lower, self.upper = search.anneal.bounds(problem) if search.anneal else (problem.lower, problem.upper)
         maps = problem.axes(*(bound[self.layout.n :] for bound in (self.lower, self.upper))).maps
         self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in maps)
@@ -210,25 +236,31 @@ class _Runner:
 
     def take(self, block: Block) -> None:
         """Search the lanes of a block; those that need more steps join the pool."""
-        from gonio.fit import lane_starts
         from gonio.fit import lanes as compiled
 
         data = self._data(block)
         if self.search.anneal:
             self._keep(block, data, self._annealed(block, data, self.search.anneal))
             return
-        starts = self._cast(np.zeros((1, 0, self.width)))
-        if self.layout.d:
-            starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
-        begun = (compiled.begin(self.layout, data, unit) for unit in starts)
-        race = self._steps(RACE if self.layout.d <= 2 else LONG_RACE)
-        raced = [compiled.advance(self.layout, data, state, race) for state in begun]
-        state = functools.reduce(compiled.better, raced)
+        state = self._begun(block, data)
         self._keep(block, data, compiled.advance(self.layout, data, state, self._steps(FIRST)))
         while _count(self.edges[block.alike]) >= self.width:
             self._cross(block.alike)
         while _count(self.pools[block.alike]) >= self.width:
             self._go_on(block.alike)
+
+    def _begun(self, block: Block, data: "compiled.Lanes") -> "compiled.State":
+        """Where each lane starts: at a given shape, or at the one of several that is ahead after a few steps."""
+        from gonio.fit import lane_starts
+        from gonio.fit import lanes as compiled
+
+        if self.start is not None or not self.layout.d:
+            given = np.zeros((0, self.width)) if self.start is None else self._wide(self.start[:, block.rows])
+            return compiled.begin(self.layout, data, self._cast(given))
+        starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
+        race = self._steps(RACE if self.layout.d <= 2 else LONG_RACE)
+        begun = (compiled.begin(self.layout, data, unit) for unit in starts)
+        return functools.reduce(compiled.better, (compiled.advance(self.layout, data, s, race) for s in begun))
 
     def _annealed(self, block: Block, data: "compiled.Lanes", anneal: Anneal) -> "compiled.State":
         """The chains of every lane to their end; the random numbers of a lane follow from the seed and its place."""
@@ -319,7 +351,7 @@ class _Runner:
         bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
         bound |= self.layout.d > 2
         edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < CROSSINGS)
-        if self.search.line and self.layout.d and edge.any() and not self.search.anneal:
+        if self.search.line and self.layout.d and edge.any() and not self.search.anneal and self.start is None:
             which = np.flatnonzero(edge)
             part = replace(block.part(which), crossed=block.crossed[which] + np.int8(1))
             self.edges[block.alike].append((part, _lanes_in(state, which)))

@@ -5,7 +5,7 @@ sums over cells, and a design with one weight a group needs no columns of zeros.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,15 @@ class Shared:
     filled: npt.NDArray[np.bool_]
     geometry: Geometry
     held: dict[str, Values]
+
+    def thinned(self, most: int) -> "Shared":
+        """Every so many points of each cell, some `most` in all."""
+        every = -(-self.order.size // most)
+        form = (self.layout.cells, self.layout.rows)
+        order, filled = self.order.reshape(form)[:, ::every], self.filled.reshape(form)[:, ::every]
+        layout = replace(self.layout, rows=order.shape[1])
+        geometry = Geometry(*(part[:, ::every] for part in self.geometry))
+        return Shared(layout, order.ravel(), filled.ravel(), geometry, self.held)
 
     def placed(self, values: Values) -> Values:
         """Values of points (lanes, points) as a search takes them: (cells, rows, lanes), the last axis contiguous."""

@@ -43,7 +43,7 @@ class _Walk(NamedTuple):
 @functools.partial(jax.jit, static_argnames=("layout", "chains"))
 def annealed(layout: Layout, lanes: Lanes, keys: Array, schedule: Schedule, iterations: Array, chains: int) -> State:
     """The best that any chain of each lane met, as the end of a search; `keys` are one a lane."""
-    chained = Lanes(*lanes[:3], *(_chained(a, chains) for a in lanes[3:]))
+    chained = Lanes(*lanes[:3], *(_chained(lanes, a, chains) for a in lanes[3:]))
     size, count = layout.n + layout.d, keys.shape[0] * chains
 
     def normal(key: Array, k: Array) -> Array:
@@ -93,8 +93,10 @@ def annealed(layout: Layout, lanes: Lanes, keys: Array, schedule: Schedule, iter
     )
 
 
-def _chained(values: Array, chains: int) -> Array:
-    return jnp.repeat(values, chains, axis=-1) if values.shape[-1] > 1 else values
+def _chained(lanes: Lanes, values: Array, chains: int) -> Array:
+    """What is each lane's own, once for every chain."""
+    own = values.shape[-1] == lanes.target.shape[-1]
+    return jnp.repeat(values, chains, axis=-1) if own else values
 
 
 def _by_chain(drawn: Array, size: int, chains: int) -> Array:

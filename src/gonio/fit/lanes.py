@@ -271,7 +271,7 @@ def settled(dtype: Any) -> float:
 
 @functools.partial(jax.jit, static_argnames=("layout",))
 def advance(layout: Layout, lanes: Lanes, state: State, steps: Array) -> State:
-    """Up to so many steps more, of every lane that is not done (levenberg1944, marquardt1963; damping by nielsen1999)."""
+    """Up to so many steps more of every lane that is not done (levenberg1944, marquardt1963, nielsen1999)."""
     eps = float(np.finfo(lanes.target.dtype).eps)
     enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2
 

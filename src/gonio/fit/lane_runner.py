@@ -24,7 +24,7 @@ LONG, FEW = 2**14, 2**12  # points of a scan that is long, and of the part of it
 BETTER = 1e-10  # of E: by how much another minimum must be lower
 CROSSINGS = 2  # how often a minimum is crossed
 RACE, LONG_RACE = 3, 12  # steps after which the better start of each lane is known; from three shape values on
-FIRST, LATER = 5, 8  # steps in which most lanes end; the others go on together, so that few wait for the slowest
+FIRST, LATER = 4, 6  # steps in which most lanes end; the others go on together, so that few wait for the slowest
 
 
 Pools = dict[bool, list[tuple[Block, Any]]]  # lanes that wait and their states, by whether points are weighed alike

@@ -266,7 +266,7 @@ def begin(layout: Layout, lanes: Lanes, unit: Array) -> State:
 
 def settled(dtype: Any) -> float:
     """What a step may still win, relative to E, where a search ends: its square root is the offset of bates1981."""
-    return max(1e-12, 4 * float(np.finfo(dtype).eps))
+    return max(1e-10, 4 * float(np.finfo(dtype).eps))
 
 
 @functools.partial(jax.jit, static_argnames=("layout",))

@@ -15,11 +15,14 @@ from gonio.model import Model
 from gonio.pairs import Pairs, Piece, components, places
 from gonio.processes import cores
 
-CHUNK = {"cpu": 2**18, "gpu": 2**24}  # pairs a call of compiled code: enough to take longer than the call itself
+PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
+PART_ON_DEVICE = 2**24  # pairs of JAX arrays at once
 BLOCK = 2**13  # pairs at once in NumPy, whose intermediate results a processor's cache then holds
 LEAST = 2**10  # pairs that code is compiled for, however few there are
 ALIGNED = 64  # bytes: where XLA reads NumPy's memory in place
 INDEXED = 2**31 - 1  # pairs that compiled code counts
+
+Parts = tuple[Array, ...]
 
 
 def evaluate(
@@ -32,14 +35,15 @@ def evaluate(
     precision: str = "",
     device: str = "",
     chunk: int = 0,
-    out: np.ndarray | None = None,
+    out: Array | None = None,
 ) -> Array:
     """BRDF [1/sr] of `model` for pairs of unit vectors, `wi` to the source and `wo` to the detector.
 
-    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They and the `values` of
-    weights and shape, which are as in calling the model, broadcast against each other. NumPy arrays, memory-mapped ones
-    too, are read `chunk` pairs at a time and give a NumPy array: `out` if one is given, C-contiguous and of the result's
-    shape and precision, which saves the system's time for new memory. JAX arrays stay on their device.
+    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They and the `values`
+    of weights and shape, which are as in calling the model, broadcast against each other. NumPy arrays, memory-mapped
+    ones too, are read `chunk` pairs at a time and give a NumPy array. JAX arrays stay on their device. `out` takes the
+    result, which saves the system's time for new memory: a C-contiguous NumPy array of its shape and precision, or a
+    JAX array, which JAX then deletes.
     `library` is "jax", which compiles once a model, or "numpy". `precision` is "float32" or "float64", by default that
     of the directions. `device` is "cpu", "gpu" or another that JAX knows, by default where JAX computes.
     Raises ValueError where JAX is missing or sees no such device, for directions of wrong shape or length, unknown
@@ -54,9 +58,9 @@ def evaluate(
     _refuse(model, values)
     pairs = Pairs.of(wi, wo, values, precision)
     if library == "jax" and any(map(is_jax_array, pairs.operands)):
-        if out is not None:
-            raise ValueError("out is for NumPy arrays: JAX arrays give a new array on their device")
-        return _from_device(model, pairs, device, chunk)
+        if out is not None and (not is_jax_array(out) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype)):
+            raise ValueError(f"out must be a JAX array of shape {pairs.shape} and precision {pairs.dtype.name}")
+        return _from_device(model, pairs, device, chunk, out)
     result = _result(out, pairs)
     if library == "jax":
         _compiled_stream(model, pairs, device, chunk, result.reshape(-1))
@@ -71,7 +75,7 @@ def _refuse(model: Model, values: Mapping[str, Array]) -> None:
     model(Geometry(*normal), {name: model.shape[name].default if name in model.shape else 1.0 for name in values})
 
 
-def _result(out: np.ndarray | None, pairs: Pairs) -> np.ndarray:
+def _result(out: Array | None, pairs: Pairs) -> np.ndarray:
     if out is None:
         return np.empty(pairs.shape, pairs.dtype)
     if not isinstance(out, np.ndarray) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype):
@@ -96,65 +100,82 @@ def _numpy_stream(model: Model, pairs: Pairs, length: int, flat: np.ndarray) -> 
 
 
 def _compiled_stream(model: Model, pairs: Pairs, device: str, chunk: int, flat: np.ndarray) -> None:
-    """One part of equal length after another; while JAX computes one, the one before it is copied to its place."""
-    jax, pieces = _jax(), pairs.pieces()
-    place = _device(jax, device)
-    length = chunk or CHUNK["cpu"]
-    if flat.size < length:  # the next power of two, so that few lengths are compiled
-        length = max(LEAST, 1 << (flat.size - 1).bit_length())
+    """One part after another; while JAX computes one, the one before it is copied to its place.
+
+    Results take the places of earlier ones: the system's time for new memory is longer than that of most models.
+    """
+    jax, pieces, tails = _jax(), pairs.pieces(), pairs.tails
+    place, length = _device(jax, device), chunk or PART
     waiting: deque[tuple[int, Array]] = deque()
 
-    def finish() -> None:
+    def finish() -> Array:
         a, found = waiting.popleft()
-        flat[a : a + length] = np.atleast_1d(np.asarray(found))[: flat.size - a]
+        there = np.from_dlpack(found) if next(iter(found.devices())).platform == "cpu" else np.asarray(found)
+        flat[a : a + found.size] = there[: flat.size - a]
+        return found
 
-    with jax.enable_x64(pairs.dtype == np.float64):
-        for a in _starts(pairs, pieces, length):
-            parts = jax.device_put([piece(a, a + length) for piece in pieces], place)
-            waiting.append((a, _compiled(model)(*pairs.packed(parts))))
-            if len(waiting) > 1:
-                finish()
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
+        firsts = [piece(0, 1) for piece in pieces]
+        same = {k: jax.device_put(first) for k, first in enumerate(firsts) if first.shape == tails[k]}
+        for a, n in _parts(pairs, pieces, length):
+            spare = finish() if len(waiting) > 1 else None
+            if spare is None or spare.size != n:
+                spare = jax.numpy.empty(n, pairs.dtype)
+            parts = [same[k] if k in same else piece(a, a + n) for k, piece in enumerate(pieces)]
+            waiting.append((a, _compiled(model)(spare, *pairs.packed(parts), shape=(n,))))
         while waiting:
             finish()
 
 
-def _starts(pairs: Pairs, pieces: list[Piece], length: int) -> list[int]:
-    """Where parts of `length` begin: the last overlaps the one before it, so that all are equally long.
+def _parts(pairs: Pairs, pieces: list[Piece], length: int) -> list[tuple[int, int]]:
+    """Where parts begin and how long they are: all equally, but for the last, which is a power of two.
 
-    So does the second where the arrays begin off the boundary from which XLA reads them in place.
+    Parts overlap so that few lengths are compiled; and where arrays begin off the boundary from which XLA reads NumPy's
+    memory in place, so that all parts but the first and the last begin on it.
     """
+    if not pairs.count:
+        return []
+    last = max(LEAST, 1 << ((pairs.count - 1) % length).bit_length())
     if pairs.count <= length:
-        return [0] if pairs.count else []
+        return [(0, last)]
+    dense = [piece(0, length) for piece in pieces]
     item = pairs.dtype.itemsize
-    dense = [part for part in (piece(0, length) for piece in pieces) if part.shape == (length,)]
-    beyond = Counter(part.ctypes.data % ALIGNED // item for part in dense).most_common(1)
-    back = beyond[0][0] if beyond else 0
-    return [0, *range(length - back, pairs.count - length, length), pairs.count - length]
+    beyond = Counter(part.ctypes.data % ALIGNED // item for part in dense if part.shape == (length,)).most_common(1)
+    starts = [0, *range(length - (beyond[0][0] if beyond else 0), pairs.count - length, length)]
+    rest = pairs.count - starts[-1] - length
+    last = min(length, max(LEAST, 1 << (rest - 1).bit_length()))
+    return [*((start, length) for start in starts), (pairs.count - last, last)]
 
 
 @functools.lru_cache(maxsize=256)
 def _compiled(model: Model) -> Callable[..., Array]:
-    """The model as a function that JAX compiles once for each precision and set of names, not for each value."""
+    """The model as a function that JAX compiles once for each precision and set of names, not for each value.
 
-    def brdf(wi: tuple[Array, ...], wo: tuple[Array, ...], values: dict[str, Array]) -> Array:
-        return model(Geometry(*components(wi), *components(wo)), values)
-
-    return _jax().jit(brdf)
-
-
-def _from_device(model: Model, pairs: Pairs, device: str, chunk: int) -> Array:
-    """Part by part into one array, which every part hands to the next: no part of the arrays leaves the device."""
+    Its result takes the place of the array `spare`, and has its precision.
+    """
     jax = _jax()
-    place = _device(jax, device)
+
+    def brdf(spare: Array, wi: Parts, wo: Parts, values: dict[str, Array], shape: tuple[int, ...]) -> Array:
+        wi, wo, values = jax.tree.map(lambda operand: operand.astype(spare.dtype), (wi, wo, values))
+        return jax.numpy.broadcast_to(model(Geometry(*components(wi), *components(wo)), values), shape)
+
+    return jax.jit(brdf, donate_argnums=0, keep_unused=True, static_argnames="shape")
+
+
+def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array | None) -> Array:
+    """In one call, or part by part into one array that each hands to the next: no array leaves its device."""
+    jax = _jax()
+    place, length = _device(jax, device), chunk or PART_ON_DEVICE
     if pairs.count > INDEXED:
         raise ValueError(f"compiled code counts {INDEXED} pairs of JAX arrays: evaluate {pairs.count} in several calls")
-    with jax.enable_x64(pairs.dtype == np.float64):
-        operands = [jax.device_put(part, place) if place or not is_jax_array(part) else part for part in pairs.operands]
-        platform = next(iter(next(part for part in operands if is_jax_array(part)).devices())).platform
-        length = min(chunk or CHUNK.get(platform, CHUNK["gpu"]), pairs.count)
-        done = jax.numpy.empty(pairs.count, pairs.dtype, device=place)
-        for a in _starts(pairs, [], length):
-            done = _compiled_part(model, pairs.shape, length)(done, a, *pairs.packed(operands))
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
+        operands = [jax.device_put(part, place) if place else jax.numpy.asarray(part) for part in pairs.operands]
+        done = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
+        if pairs.count <= length:
+            return _compiled(model)(done, *pairs.packed(operands), shape=pairs.shape)
+        done = _reshaped((-1,))(done)
+        for a, n in _parts(pairs, [], length):
+            done = _compiled_part(model, pairs.shape, n)(done, a, *pairs.packed(operands))
         return _reshaped(pairs.shape)(done)
 
 
@@ -163,13 +184,13 @@ def _compiled_part(model: Model, shape: tuple[int, ...], length: int) -> Callabl
     """A function that computes `length` pairs of JAX arrays from a flat place on, and puts them there."""
     jax = _jax()
 
-    def part(done: Array, start: Array, wi: tuple[Array, ...], wo: tuple[Array, ...], values: dict[str, Array]) -> Array:
+    def part(done: Array, start: Array, wi: Parts, wo: Parts, values: dict[str, Array]) -> Array:
         pairs = Pairs(wi, wo, values, shape, done.dtype)
         at = start + jax.numpy.arange(length, dtype="int32")
 
         def piece(operand: Array, tail: tuple[int, ...]) -> Array:
             own = operand.shape[: operand.ndim - len(tail)]
-            flat = operand.reshape(-1, *tail).astype(done.dtype)
+            flat = operand.reshape(-1, *tail)
             if flat.shape[0] == 1:
                 return flat[0]
             if flat.shape[0] == done.size:
@@ -177,16 +198,16 @@ def _compiled_part(model: Model, shape: tuple[int, ...], length: int) -> Callabl
             return flat[places(own, shape, at)]
 
         pieces = [piece(operand, tail) for operand, tail in zip(pairs.operands, pairs.tails, strict=True)]
-        wi, wo, values = pairs.packed(pieces)
-        found = model(Geometry(*components(wi), *components(wo)), values)
-        return jax.lax.dynamic_update_slice(done, jax.numpy.broadcast_to(found, (length,)), (start,))
+        found = _compiled(model)(done[:0], *pairs.packed(pieces), shape=(length,))
+        found = jax.lax.optimization_barrier(found)  # what it writes into a part of an array, XLA computes on one core
+        return jax.lax.dynamic_update_slice(done, found, (start,))
 
     return jax.jit(part, donate_argnums=0)
 
 
 @functools.lru_cache(maxsize=256)
 def _reshaped(shape: tuple[int, ...]) -> Callable[[Array], Array]:
-    return _jax().jit(lambda flat: flat.reshape(shape), donate_argnums=0)
+    return _jax().jit(lambda array: array.reshape(shape), donate_argnums=0)
 
 
 def _jax() -> Any:

@@ -70,7 +70,9 @@ class Pairs:
         if all(step == n * inner for (_, step), (n, inner) in pairwise(steps)):
             flat = full.reshape(-1, *tail)  # a view
             return lambda a, b: _filled(np.ascontiguousarray(flat[a:b], dtype), b - a)
-        return lambda a, b: _filled(full.flat[a * width : b * width].reshape(-1, *tail).astype(dtype, copy=False), b - a)
+        return lambda a, b: _filled(
+            full.flat[a * width : b * width].reshape(-1, *tail).astype(dtype, copy=False), b - a
+        )
 
 
 def components(parts: tuple[Array, ...]) -> tuple[Array, Array, Array]:

@@ -5,10 +5,10 @@ its own library (JAX) and puts the result where an earlier one was. NumPy arrays
 that of medians of runs in turn. A copy moves as many bytes, 14 read and 14 written a pair, by NumPy on all cores.
 """
 
-import glob
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ VALUES = {
     "ggx": {"rho_s": 1.0, "width": ROUGHNESS, "index": INDEX, "extinction": EXTINCTION},
     "cauchy-lorentz": {"ks": 1.0, "kdd": 0.5, "kid": 0.2, "sigma": 0.2, "gamma": 40.0},
 }
-LLVM = ("/usr/lib/*/libLLVM.so.19*", "/usr/lib/*/libLLVM-19.so*", "/usr/lib/llvm-19/lib/libLLVM*.so*")
+LLVM = ("*/libLLVM.so.19*", "*/libLLVM-19.so*", "llvm-19/lib/libLLVM*.so*")  # below /usr/lib
 Work = Callable[[], Any]
 Vectors = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -56,9 +56,13 @@ def in_jax(name: str, wi: Vectors, wo: Vectors) -> Work:
     return work
 
 
+def _llvm() -> list[str]:
+    return [str(path) for pattern in LLVM for path in sorted(Path("/usr/lib").glob(pattern))]
+
+
 def in_mitsuba(wi: Vectors, wo: Vectors) -> Work:
     """One channel of Mitsuba's GGX conductor, compiled by LLVM."""
-    found = os.environ.get("DRJIT_LIBLLVM_PATH") or next((p for path in LLVM for p in sorted(glob.glob(path))), "")
+    found = os.environ.get("DRJIT_LIBLLVM_PATH") or next(iter(_llvm()), "")
     if not found:
         raise FileNotFoundError("Mitsuba's llvm_ad_rgb needs LLVM 19: Debian's libllvm19, or DRJIT_LIBLLVM_PATH")
     os.environ["DRJIT_LIBLLVM_PATH"] = found
@@ -103,7 +107,9 @@ def figure(name: str, peer: Work, wi: Vectors, wo: Vectors, **more: Any) -> Figu
     for model in VALUES:
         found[f"{model} JAX"] = paired(in_jax(model, wi, wo), peer)
         found[f"{model} NumPy"] = paired(in_numpy(model, wi, wo), peer)
-    details = {key: timed.details() | {"pairs_per_second": PAIRS / timed.details()["seconds"]} for key, timed in found.items()}
+    details = {
+        key: timed.details() | {"pairs_per_second": PAIRS / timed.details()["seconds"]} for key, timed in found.items()
+    }
     value = min(timed.ratio for key, timed in found.items() if key.endswith("JAX"))
     return Figure(name, value, details={"pairs": PAIRS, "precision": "float32"} | details | more)
 

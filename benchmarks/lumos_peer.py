@@ -35,4 +35,6 @@ def measure() -> Figure:
     if largest > 1e-9:
         raise ValueError(f"the two differ by {largest:.1e} of the value")
     more = {"pairs": PAIRS, "precision": "float64", "largest_difference": largest}
-    return Figure("lumos_over_evaluation", found["jax"].ratio, details=more | {k: t.details() for k, t in found.items()})
+    return Figure(
+        "lumos_over_evaluation", found["jax"].ratio, details=more | {k: t.details() for k, t in found.items()}
+    )

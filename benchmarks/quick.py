@@ -46,7 +46,9 @@ def main(names: list[str]) -> int:
     for module in names or MODULES:
         for figure in measured(module):
             keep(figure)
-            print(f"{figure.name}: {figure.reason if figure.value is None else format(figure.value, '.4g')}", flush=True)
+            print(
+                f"{figure.name}: {figure.reason if figure.value is None else format(figure.value, '.4g')}", flush=True
+            )
     return 0
 
 

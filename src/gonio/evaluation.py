@@ -58,6 +58,8 @@ def evaluate(
     if library == "jax" and any(map(is_jax_array, pairs.operands)):
         if out is not None and (not is_jax_array(out) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype)):
             raise ValueError(f"out must be a JAX array of shape {pairs.shape} and precision {pairs.dtype.name}")
+        if any(out is operand for operand in pairs.operands):
+            raise ValueError("out is what it is computed from: give an array of its own")
         return _from_device(model, pairs, device, chunk, out)
     result = _result(out, pairs)
     if library == "jax":

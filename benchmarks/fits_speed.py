@@ -1,17 +1,22 @@
-"""Fits of many scans against SciPy one by one: cost of a fit, its growth from 1e3 to 1e6 scans, and one long scan.
+"""Fits of many scans against SciPy one by one, their cost from 1e3 to 1e6 scans (`--growth`), and one long scan.
 
 Scans are simulated: 3 incidence angles of 161 directions in plane, Cauchy-Lorentz with one ks an incidence angle (seven
 values), proportional noise of 2 %. SciPy's residual is written out for this model with all that is constant kept, so
 that it is as quick as NumPy makes it.
 """
 
+import json
 import resource
 import statistics
+import sys
 import time
+from datetime import date
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from figures import Figure, machine
 from scipy.optimize import least_squares
 
 from gonio import Geometry, Problem, catalogue
@@ -25,6 +30,7 @@ DIRECTIONS = {"theta_i": THETA_I, "theta_r": np.abs(SIGNED), "phi": np.where(SIG
 GEOMETRY = Geometry.from_degrees(*DIRECTIONS.values())
 GROUP = np.repeat([0, 1, 2], 161)
 GROUPED = {"ks": "theta_i"}
+RECORD = Path(__file__).with_name("growth.json")
 ROUNDS, ALONE = 5, 40  # rounds, and scans that SciPy fits in each
 SAME = 1e-6  # of E: the same minimum
 
@@ -155,6 +161,18 @@ def long_scan(points: int = 100_000) -> dict[str, Any]:
     }
 
 
+def measure() -> tuple[Figure, ...]:
+    """Fits against SciPy's, and one long scan."""
+    many, long = against_scipy(), long_scan()
+    return (
+        Figure("fits_over_scipy", many.pop("ratio"), details=many),
+        Figure("long_scan_seconds", long.pop("seconds"), details=long),
+    )
+
+
 if __name__ == "__main__":
-    print(against_scipy())
-    print(long_scan())
+    if "--growth" in sys.argv[1:]:
+        found = growth() | {"machine": machine(), "date": date.today().isoformat()}
+        RECORD.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    else:
+        print(*measure(), sep="\n")

@@ -8,8 +8,8 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral intervals \
-	formats-page fuzz bench-big bench-crash lock clean
+.PHONY: demo test check bench bench-quick bench-peers bench-compare bench-big bench-crash real-surfaces validated catalogue \
+	figures crosscheck mutation nist spectral intervals formats-page fuzz lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -23,9 +23,20 @@ check: $(VENV)/.test $(VENV)/.gonio
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --no-cache
 
-# Exact weights against annealing on the real scans, and start-up times; writes benchmarks/results.json and .md.
-bench: $(VENV)/.gonio
-	$(THREADS) $(BIN)/python benchmarks/bench.py
+# What gonio is compared with, in an environment of its own together with gonio: Mitsuba 3, Lumos-Sat, lmfit, and JAX.
+BENCH := .venv-bench
+bench-peers: $(BENCH)/.gonio
+
+# The figures of benchmarks/results.json and docs/performance.md; where bench-peers was not made, null stands for peers.
+COMPARED = $(if $(wildcard $(BENCH)/.peers),$(BENCH),$(VENV))
+bench-quick: $(COMPARED)/.gonio
+	OPENBLAS_NUM_THREADS=1 $(COMPARED)/bin/python benchmarks/quick.py
+	$(COMPARED)/bin/python docs/performance.py
+
+# The same, start-up times, and exact weights against annealing on all real scans, which also writes results.md.
+bench: bench-quick
+	$(THREADS) $(COMPARED)/bin/python benchmarks/bench.py
+	$(COMPARED)/bin/python docs/performance.py
 
 # The whole catalogue fitted to a real scan and validated, within a minute; writes benchmarks/compare_all.json.
 bench-compare: $(VENV)/.gonio
@@ -99,16 +110,28 @@ $(PEERS)/.installed: requirements-crosscheck.lock
 	$(PEERS)/bin/python -m pip --disable-pip-version-check -q install --require-hashes -r requirements-crosscheck.lock
 	touch $@
 
+# Without dependencies, because the lock has them all and benchmarks/peers-override.in says which Lumos-Sat does without.
+$(BENCH)/.peers: requirements-bench.lock
+	$(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip --disable-pip-version-check -q install --no-deps --require-hashes -r requirements-bench.lock
+	touch $@
+
+$(BENCH)/.gonio: $(BENCH)/.peers $(SOURCES)
+	$(BENCH)/bin/python -m pip --disable-pip-version-check -q install --no-index --no-deps --no-build-isolation --force-reinstall .
+	touch $@
+
 # The locks, hashes and no index address; needs uv.
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-strip-extras \
 	--no-header -q
 lock:
 	$(COMPILE) --extra build -o requirements.lock
 	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock
+	$(COMPILE) --extra build --extra batch benchmarks/peers.in --override benchmarks/peers-override.in -c requirements-test.lock \
+		-o requirements-bench.lock
 	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o requirements-crosscheck.lock
 
 clean:
-	rm -rf $(VENV) $(PEERS) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(PEERS) $(BENCH) demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 $(VENV)/.venv:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "gonio needs Python 3.11 or later; name one with PYTHON=")'

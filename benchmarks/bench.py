@@ -1,21 +1,21 @@
 """Exact weights against annealing on the real scans, and how long starting takes.
 
-Writes results.json and results.md beside this file and prints the table. Every figure is a ratio of two things timed in
-turn in this process, or the median of repeated runs; the machine is named. Run alone on the machine: `make bench`.
+Writes its figures into results.json beside this file, where those of quick.py stay, and results.md, and prints the
+table. Every figure is a ratio of two things timed in turn in this process, or the median of repeated runs; the machine
+is named. Run alone on the machine: `make bench`.
 """
 
 import argparse
 import json
-import platform
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures import Figure, keep
 from rich.progress import track
 
 from gonio import Anneal, Problem, Projection, catalogue, read
@@ -85,15 +85,6 @@ def holds(row: dict[str, Any]) -> bool:
     )
 
 
-def machine() -> str:
-    cpu = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
-        cpu = f"{len(names)} x {names[0]}" if names else cpu
-    return f"{cpu}, Python {platform.python_version()}, NumPy {np.__version__}"
-
-
 def startup() -> dict[str, float]:
     """Medians of whole processes: the two start-up times and one fit."""
     copper = [str(SCRIPT), "fit", str(SCANS / "jsss_mwir_copper.csv"), "--model", "cauchy-lorentz"]
@@ -114,8 +105,8 @@ def markdown(results: dict[str, Any]) -> str:
         f"- `gonio --help`: {f['help_seconds']:.3f} s (median of 11; allowed 0.5 s)",
         f"- `import gonio`: {f['import_seconds']:.3f} s (median of 11; allowed 0.3 s)",
         f"- `gonio fit` of the copper scan, ks by incidence: {f['fit_copper_seconds']:.2f} s (median of 11; allowed 3)",
-        f"- annealing ({EVALUATIONS} evaluations) over exact weights, shape fixed: {f['anneal_over_exact']:,.0f} times"
-        f" as long (median; least {f['anneal_over_exact_least']:,.0f})",
+        f"- annealing ({EVALUATIONS} evaluations) over exact weights, shape fixed:"
+        f" {f['anneal_over_exact_all_scans']:,.0f} times as long (median; least {f['anneal_over_exact_least']:,.0f})",
         f"- the same with free shape: {f['anneal_over_exact_free_shape']:,.0f} times (median)",
         f"- E(exact) <= E(anneal) (1 + 1e-9): {results['holds']} of {len(results['fits'])} fits, shape free and fixed",
         "",
@@ -150,20 +141,13 @@ def main() -> int:
     fits = [compare(path, name) for path, name in track(jobs, "fitting", disable=not sys.stderr.isatty())]
     ratios = [row["time_ratio_fixed_shape"] for row in fits]
     figures |= {
-        "anneal_over_exact": float(np.median(ratios)),
+        "anneal_over_exact_all_scans": float(np.median(ratios)),
         "anneal_over_exact_least": float(np.min(ratios)),
         "anneal_over_exact_free_shape": float(
             np.median([r["time_ratio"] for r in fits if catalogue[r["model"]].shape])
         ),
     }
-    results = {
-        "machine": machine(),
-        "date": date.today().isoformat(),
-        "figures": figures,
-        "holds": sum(map(holds, fits)),
-        "fits": fits,
-    }
-    (HERE / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    results = keep(*(Figure(name, value) for name, value in figures.items()), holds=sum(map(holds, fits)), fits=fits)
     (HERE / "results.md").write_text(markdown(results), encoding="utf-8")
     show(results)
     return 0 if results["holds"] == len(fits) else 1
@@ -180,7 +164,7 @@ def show(results: dict[str, Any]) -> None:
     console.print(out)
     console.print(f"E(exact) <= E(anneal) (1 + 1e-9) in {results['holds']} of {len(results['fits'])} fits")
     for name, value in results["figures"].items():
-        console.print(f"{name}: {value:.4g}")
+        console.print(f"{name}: {'not measured' if value is None else format(value, '.4g')}")
 
 
 if __name__ == "__main__":

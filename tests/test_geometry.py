@@ -36,6 +36,9 @@ def test_identities(theta_i, theta_r, phi, phi_i):
     assert g.tan_alpha_squared == pytest.approx(1 / g.cos_alpha**2 - 1, rel=1e-6, abs=1e-9)
     assert g.theta_i_deg == pytest.approx(theta_i, abs=1e-12)
     assert g.theta_r_deg == pytest.approx(theta_r, abs=1e-12)
+    assert g.theta_i_squared == pytest.approx(theta_i**2, rel=1e-12, abs=1e-300)
+    assert g.theta_r_squared == pytest.approx(theta_r**2, rel=1e-12, abs=1e-300)
+    assert g.cos_ratio == pytest.approx(g.cos_alpha / g.cos_beta, rel=1e-13)
 
 
 def test_slope_keeps_its_digits_near_the_mirror_direction():

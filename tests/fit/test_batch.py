@@ -1,17 +1,20 @@
 """Fits of many scans at once give what fits of one give, lane by lane, whatever their neighbours are."""
 
+import functools
+
+import jax
 import numpy as np
 import pytest
 import xarray as xr
 
-pytest.importorskip("jax", reason="fits of many scans need JAX")
-
-from gonio import Problem, catalogue
-from gonio.fit import fit
-from gonio.fit.batch import fit_many, solution
+from gonio import Anneal, Problem, catalogue
+from gonio.fit import batch, fit
+from gonio.fit.batch import solution
 from gonio.fit.solution import STATUSES, Status
 from gonio.geometry import Geometry
 from gonio.measured.stack import lane_dims, one_scan
+
+fit_many = functools.partial(batch.fit_many, block=8)  # one width, so that tests share what is compiled
 
 THETA_I = np.repeat([20.0, 40.0, 60.0], 41)
 SIGNED = np.tile(np.linspace(-80, 80, 41), 3)
@@ -21,7 +24,17 @@ COORDS = {
     "phi": ("direction", np.where(SIGNED >= 0, 180.0, 0.0), {"units": "degree"}),
 }
 GEOMETRY = Geometry.from_degrees(*(COORDS[n][1] for n in ("theta_i", "theta_r", "phi")))
-COST = 1e-7  # relative: both searches end where a step wins less than 1e-12 of E, single ones beyond
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _quick_compilation():
+    """Compilation takes most of the time here, and optimised code none of what is promised."""
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)
+
+
+COST = 1e-7  # relative: a search of many ends where a step wins less than 1e-10 of E, one of one scan far beyond
 
 
 def stack_of(model: str, lanes: int, noise: float = 0.02, seed: int = 1) -> xr.Dataset:
@@ -41,10 +54,14 @@ def one(stack: xr.Dataset, lane: int, **options) -> Problem:
     return Problem(model, stack.isel(sample=lane), **options)
 
 
-def assert_same(found: xr.Dataset, lane: int, single, cost: float = COST) -> None:
+def assert_cost(found: xr.Dataset, lane: int, single) -> None:
+    assert float(found["cost"][lane]) <= single.cost * (1 + COST)
+
+
+def assert_same(found: xr.Dataset, lane: int, single) -> None:
+    assert_cost(found, lane, single)
     mine = found.isel(sample=lane)
-    assert float(mine["cost"]) <= single.cost * (1 + cost)
-    if float(mine["cost"]) > single.cost * (1 - cost):  # the same minimum
+    if float(mine["cost"]) > single.cost * (1 - COST):  # the same minimum
         told = single.dataset["uncertainty"].values > 0
         spread = single.dataset["uncertainty"].values[told]
         away = np.abs(mine["value"].values - single.dataset["value"].values)[told]
@@ -62,11 +79,9 @@ OPTIONS = {
     "grouped": {"grouped": {"ks": "theta_i"}},
     "shape grouped": {"grouped": {"sigma": "theta_i"}},
     "held": {"held": {"kid": 0.7, "gamma": 30.0}},
-    "held weight": {"held": {"kdd": 0.0}},
     "nothing but weights": {"held": {"sigma": 0.2, "gamma": 40.0}},
     "nothing but shape": {"held": {"ks": 1.0, "kdd": 1.0, "kid": 1.0}},
     "bounds": {"bounds": {"ks": (0.0, 0.8), "gamma": (20.0, 40.0)}},
-    "relative": {"weighting": "relative"},
     "floor": {"weighting": "relative", "noise_floor": 0.01},
     "solid angle": {"weighting": "solid-angle", "g1": np.cosh},
 }
@@ -78,6 +93,27 @@ def test_each_lane_is_fitted_as_one_scan_is(options):
     found = fit_many(one(stack, 0, **options), stack)
     for lane in range(5):
         assert_same(found, lane, fit(one(stack, lane, **options)))
+
+
+@pytest.mark.parametrize("name", ["lambert", "ross-li", "ggx"])
+def test_models_of_weights_alone_and_of_more_shape_values_are_fitted_too(name):
+    stack = stack_of(name, 2)
+    found = fit_many(one(stack, 0, model=catalogue[name]), stack)
+    for lane in range(2):
+        assert_same(found, lane, fit(one(stack, lane, model=catalogue[name])))
+
+
+def test_a_long_scan_is_searched_first_on_a_part_of_its_points():
+    rng = np.random.default_rng(2)
+    angles = rng.uniform(0, 80, (2, 20_000))
+    model = catalogue["torrance-sparrow"]
+    directions = dict(zip(("theta_i", "theta_r", "phi"), (*angles, rng.uniform(0, 360, 20_000)), strict=True))
+    exact = model(Geometry.from_degrees(*directions.values()), {"ks": 0.4, "kd": 0.1, "sigma": 0.2})
+    values = exact * (1 + 0.02 * rng.standard_normal((2, 20_000)))
+    coords = {name: ("direction", v, {"units": "degree"}) for name, v in directions.items()}
+    stack = xr.Dataset({"brdf": (("sample", "direction"), values, {"units": "sr-1"})}, coords=coords)
+    found = fit_many(one(stack, 0, model=model), stack, covariance="")
+    assert_cost(found, 1, fit(one(stack, 1, model=model)))
 
 
 @pytest.mark.parametrize("kind", ["scaled", "absolute"])
@@ -157,7 +193,7 @@ def test_a_lane_without_a_group_lacks_that_groups_value_alone():
     assert np.isinf(found["uncertainty"].values[0])
     assert STATUSES[int(found["status"])] is Status.NOT_DETERMINED
     for name, value in single.values.items():
-        assert by_name[name] == pytest.approx(value, rel=1e-5)
+        assert by_name[name] == pytest.approx(value, rel=1e-4)
 
 
 def test_single_precision_finds_the_same_minimum():
@@ -170,9 +206,9 @@ def test_single_precision_finds_the_same_minimum():
 
 
 def test_more_lanes_than_a_block_take_further_passes_and_agree():
-    stack = stack_of("cauchy-lorentz", 50)
-    narrow, wide = (fit_many(one(stack, 0), stack, starts=4, block=b) for b in (8, 64))
-    np.testing.assert_allclose(narrow["cost"], wide["cost"], rtol=1e-9)
+    stack = stack_of("cauchy-lorentz", 40)
+    narrow, wide = (fit_many(one(stack, 0), stack, starts=4, block=b) for b in (8, 16))
+    np.testing.assert_allclose(narrow["cost"], wide["cost"], rtol=COST)
     assert narrow["converged"].values.all()
 
 
@@ -181,9 +217,9 @@ def test_a_lane_is_a_solution_of_its_own():
     found = fit_many(one(stack, 0), stack)
     mine, single = solution(found.isel(sample=1)), fit(one(stack, 1))
     assert mine.status is single.status
-    assert mine.cost == pytest.approx(single.cost, rel=1e-9)
+    assert mine.cost == pytest.approx(single.cost, rel=COST)
     for name, (low, high) in single.intervals().items():
-        assert mine.intervals()[name] == pytest.approx((low, high), rel=1e-5)
+        assert mine.intervals()[name] == pytest.approx((low, high), rel=1e-4)
     with pytest.raises(ValueError, match=r"many lanes along sample: choose one, as by isel\(sample=0\)"):
         solution(found)
 
@@ -202,13 +238,13 @@ def test_dense_stacks_with_several_lane_dimensions_keep_their_coordinates(tmp_pa
     )
     model = catalogue["torrance-sparrow"]
     problem = Problem(model, one_scan(stack, ("y", "x")))
-    found = fit_many(problem, stack, block=2)
+    found = fit_many(problem, stack)
     assert found["value"].dims == ("y", "x", "parameter")
     single = fit(Problem(model, stack.isel(y=1, x=2)))
-    assert float(found["cost"].sel(y=20, x=3)) == pytest.approx(single.cost, rel=1e-9)
+    assert float(found["cost"].sel(y=20, x=3)) == pytest.approx(single.cost, rel=COST)
     stack.to_zarr(tmp_path / "stack.zarr", consolidated=False)
     lazily = xr.open_zarr(tmp_path / "stack.zarr", consolidated=False, chunks=None)
-    np.testing.assert_array_equal(fit_many(problem, lazily, block=2)["value"], found["value"])
+    np.testing.assert_array_equal(fit_many(problem, lazily)["value"], found["value"])
 
 
 REFUSED = {
@@ -248,3 +284,22 @@ def test_without_jax_the_remedy_is_said(monkeypatch):
     stack = stack_of("torrance-sparrow", 2)
     with pytest.raises(ValueError, match=r"need JAX: pip install 'gonio\[batch\]'"):
         fit_many(one(stack, 0, model=catalogue["torrance-sparrow"]), stack)
+
+
+def test_annealing_many_comes_as_near_as_annealing_one():
+    stack = stack_of("torrance-sparrow", 3)
+    problem = one(stack, 0, model=catalogue["torrance-sparrow"])
+    anneal = Anneal(cooling_rate=0.99, chains=2, seed=4)
+    exact, many = fit_many(problem, stack), fit_many(problem, stack, anneal=anneal)
+    single = fit(problem, anneal)
+    excess = many["cost"].values / exact["cost"].values - 1
+    assert (excess >= -1e-9).all()
+    # Chains of other random numbers end within a few times each other's excess
+    assert excess[0] < 10 * (single.cost / float(exact["cost"][0]) - 1)
+    assert many["converged"].values.all()
+    assert many.attrs["solver"] == "anneal, batched"
+    again = fit_many(problem, stack, anneal=anneal, block=1)
+    np.testing.assert_allclose(again["value"], many["value"], rtol=1e-12)
+    narrow = fit_many(problem, stack, anneal=Anneal(max_iterations=300, ub={"sigma": 0.05}))
+    assert (narrow["value"].sel(parameter="sigma") <= 0.05).all()
+    assert [STATUSES[int(s)] for s in narrow["status"].values] == [Status.STEPS_EXHAUSTED] * 3

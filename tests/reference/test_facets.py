@@ -16,6 +16,7 @@ from gonio.optics.masking import (
     beckmann_lambda,
     exponential_power_lambda,
     ggx_lambda,
+    ggx_visibility,
     smith,
     smith_uncorrelated,
     student_lambda,
@@ -158,6 +159,17 @@ def test_lambda_limits():
     )
     for of_normal in (beckmann_lambda(np.asarray(1.0), np.asarray(0.3)), ggx_lambda(np.asarray(1.0), 0.3)):
         assert float(of_normal) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.01, 0.3, 1.0])
+def test_ggx_visibility_is_smiths_masking_over_the_cosines(width):
+    """The form without quotients of cosines, up to the horizon, where those keep fewer digits."""
+    theta = np.linspace(0, 90, 46)
+    g = Geometry.from_degrees(theta[:, None], theta, 60.0)
+    lambdas = ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width)
+    np.testing.assert_allclose(
+        ggx_visibility(g, width), 1 / (1 + lambdas[0] + lambdas[1]) / (4 * g.cos_i * g.cos_r), rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("p", [0.2, 0.5, 0.7, 1.0, 1.5])

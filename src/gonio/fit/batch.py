@@ -1,62 +1,40 @@
 """Many scans of the same directions, fitted at once: the Problem of one scan, compiled and batched by JAX."""
 
 import functools
-import itertools
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fit.anneal import Anneal
 from gonio.fit.covariance import ABSOLUTE, COVARIANCES, DEFAULT
-from gonio.fit.lane_blocks import FITTED, Block, blocks, joined
-from gonio.fit.lane_layout import laid_out
+from gonio.fit.lane_blocks import blocks
+from gonio.fit.lane_layout import Shared, laid_out
 from gonio.fit.lane_results import Results, solution
+from gonio.fit.lane_runner import FEW, LONG, Runner, Search
 from gonio.fit.problem import Problem
+from gonio.fit.projection import Projection
 from gonio.fit.solver import Progress, silent
 from gonio.measured.stack import NODE, Lanes, lane_dims, one_scan
 
 __all__ = ["fit_many", "solution"]
 
-if TYPE_CHECKING:
-    from gonio.fit import lanes as compiled
-
 Values = npt.NDArray[Any]
 PRECISIONS = ("float64", "float32")
-ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what keeps a GPU busy
-WIDEST = 2**16  # lanes of a block
-BETTER = 1e-10  # of E: by how much another minimum must be lower
-CROSSINGS = 2  # how often a minimum is crossed
-RACE = 3  # steps after which the better start of each lane is known
-FIRST, LATER = 5, 8  # steps in which most lanes end; the others go on together, so that few wait for the slowest
-
-
-Pools = dict[bool, list[tuple[Block, Any]]]  # lanes that wait and their states, by whether points are weighed alike
-
-
-@dataclass(frozen=True)
-class _Search:
-    """How lanes are searched: settings of `fit_many`."""
-
-    starts: int
-    grid: int
-    max_steps: int
-    line: int
-    covariance: str
-    dtype: Any
-    block: int
 
 
 def fit_many(
     problem: Problem,
     stack: xr.Dataset,
     *,
-    starts: int = 2,
+    anneal: Anneal | None = None,
+    starts: int = 0,
     grid: int = 13,
-    max_steps: int = 200,
+    max_steps: int = 500,
     line: int = 11,
     covariance: str = DEFAULT,
     precision: str = "float64",
@@ -70,9 +48,11 @@ def fit_many(
         with its own gaps, mask and uncertainties, over directions that all share. One on disk is read block by block.
         One of no lanes gives an empty Dataset at once, which says what one of many lanes would hold.
     problem: model, held, grouped, shared, weighting and bounds; its scan says which dimensions are no lanes.
+    anneal: the paper's Appendix A in place of exact weights, for those who want it; its chains run side by side.
     starts: minima that are followed for each lane, from the best of a common grid of so many shapes a dimension (of 64
-        quasi-random ones a dimension where there are three and more). max_steps: steps of each search. line: from a
-        minimum at a bound, so many points along each coordinate look for a better one; 0 for none.
+        quasi-random ones a dimension where there are three and more); 0 takes 2, and 4 from three shape values on.
+    max_steps: steps of each search. line: from a minimum at a bound, and from any of three shape values and more, so
+        many points along each coordinate look for a better one; 0 for none.
     covariance: of `fit.covariance`, or "" for none. precision: float64 or float32, in which rounding moves E by some
         1e-6 and values that the data hardly tell by more. device: "cpu", "gpu", or what JAX prefers.
     block: lanes that are searched side by side; 0 takes what suits the device. Results do not depend on other lanes of
@@ -85,31 +65,56 @@ def fit_many(
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
     _refuse(problem, covariance, precision)
+    jax = _jax_or_remedy()
     if all(stack.sizes[d] for d in dims):
         problem = replace(problem, data=one_scan(stack, dims))
         lanes = Lanes(stack, dims, problem.points[NODE].values)
     else:
         lanes = Lanes(stack, dims, np.empty(0, dtype=np.intp))
-    search = _Search(starts, grid, max_steps, line, covariance, np.dtype(precision), block)
+    search = Search(anneal, starts, grid, max_steps, line, covariance, np.dtype(precision), block)
     found = Results(problem, len(lanes), covariance)
-    _jax_or_remedy()
     if len(lanes):
-        with _jax(precision, device):
-            runner = _Runner(problem, lanes, search, found)
-            for part in blocks(problem, runner.shared, lanes, runner.width, covariance == ABSOLUTE):
-                runner.take(part)
-                progress(0.95 * part.rows[-1] / len(lanes))
-            runner.flush()
-    progress(1.0)
+        with jax.enable_x64(precision == "float64"), jax.default_device(_device(device)):
+            found = _searched(problem, lanes, search, progress)
     return found.dataset(problem, stack, lanes).assign_attrs(
-        solver="projection, batched",
-        settings=f"starts={starts}, grid={grid}, max_steps={max_steps}, line={line}",
+        solver=f"{anneal.name if anneal else Projection.name}, batched",
+        settings=repr(anneal) if anneal else f"{starts=}, {grid=}, {max_steps=}, {line=}",
         precision=precision,
         device=device or "default",
         covariance=covariance,
         seconds=time.perf_counter() - started,
         versions=", ".join(f"{name} {version(name)}" for name in ("gonio", "numpy", "jax", "jaxlib")),
     )
+
+
+def _searched(problem: Problem, lanes: Lanes, search: Search, progress: Progress) -> Results:
+    """What the search of every lane found; that of long scans begins where one of some of their points ended."""
+    shared, start = laid_out(problem), None
+    if shared.order.size > LONG and len(problem.free_shape) and not search.anneal:
+        few = replace(search, covariance="")
+        some = _run(problem, shared.thinned(FEW), lanes, few, None, lambda done: progress(done / 2))
+        shape = some.value[:, problem.n_weights :]
+        start = problem.axes().unit(np.where(np.isfinite(shape), shape, problem.shape_start)).T
+        progress = functools.partial(_second_half, progress)
+    return _run(problem, shared, lanes, search, start, progress)
+
+
+def _second_half(progress: Progress, done: float) -> None:
+    progress((1 + done) / 2)
+
+
+def _run(
+    problem: Problem, shared: Shared, lanes: Lanes, search: Search, start: Values | None, progress: Progress
+) -> Results:
+    """Every lane, block after block; from `start` (d, lanes) where that is known."""
+    found = Results(problem, len(lanes), search.covariance)
+    runner = Runner(problem, shared, len(lanes), search, start, found)
+    for block in blocks(problem, shared, lanes, runner.width, search.covariance == ABSOLUTE):
+        runner.take(block)
+        progress(0.95 * block.rows[-1] / len(lanes))
+    runner.flush()
+    progress(1.0)
+    return found
 
 
 def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
@@ -144,23 +149,6 @@ def _refuse(problem: Problem, covariance: str, precision: str) -> None:
             raise ValueError(f"{what} is for fits of one scan, and these are many: leave it out, or fit one by one")
 
 
-class _jax:  # noqa: N801
-    """JAX with the precision and on the device that were asked for; ValueError where it lacks either."""
-
-    def __init__(self, precision: str, device: str) -> None:
-        jax = _jax_or_remedy()
-        self._wide: Any = jax.enable_x64(precision == "float64")
-        self._place: Any = jax.default_device(_device(device))
-
-    def __enter__(self) -> None:
-        self._wide.__enter__()
-        self._place.__enter__()
-
-    def __exit__(self, *error: Any) -> None:
-        self._place.__exit__(*error)
-        self._wide.__exit__(*error)
-
-
 def _jax_or_remedy() -> Any:
     try:
         import jax
@@ -181,181 +169,3 @@ def _device(name: str) -> Any:
         raise ValueError(
             f"JAX sees no device {name!r}, only {have}: for an NVIDIA GPU, pip install 'gonio[batch]' 'jax[cuda13]'"
         ) from None
-
-
-class _Runner:
-    """The compiled searches of one problem, block after block.
-
-    Lanes that are not done after a few steps wait in a pool until they fill a block of their own, so that one slow lane
-    keeps no block busy.
-    """
-
-    def __init__(self, problem: Problem, lanes: Lanes, search: _Search, found: Results) -> None:
-        self.shared = laid_out(problem)
-        self.layout, self.search, self.found = self.shared.layout, search, found
-        self.width = self._width(len(lanes))
-        self.geometry = tuple(map(self._cast, self.shared.geometry))
-        self.held = {name: self._cast(v) for name, v in self.shared.held.items()}
-        self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in problem.axes().maps)
-        self.points, self.grid = _tried(self.layout.d, search.grid)
-        self.pools: Pools = {True: [], False: []}
-        self.edges: Pools = {True: [], False: []}
-
-    def _width(self, lanes: int) -> int:
-        import jax
-
-        if self.search.block:
-            return self.search.block
-        values = ON_CPU if jax.devices()[0].platform == "cpu" else ON_GPU
-        suits = 2 ** int(np.log2(max(values / (self.layout.cells * self.layout.rows), 1)))
-        return min(suits, WIDEST, 2 ** int(np.ceil(np.log2(lanes))))
-
-    def take(self, block: Block) -> None:
-        """Search the lanes of a block; those that need more steps join the pool."""
-        from gonio.fit import lane_starts
-        from gonio.fit import lanes as compiled
-
-        data = self._data(block)
-        starts = self._cast(np.zeros((1, 0, self.width)))
-        if self.layout.d:
-            starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
-        begun = (compiled.begin(self.layout, data, unit) for unit in starts)
-        raced = [compiled.advance(self.layout, data, state, self._steps(RACE)) for state in begun]
-        state = functools.reduce(compiled.better, raced)
-        self._keep(block, data, compiled.advance(self.layout, data, state, self._steps(FIRST)))
-        while _count(self.edges[block.alike]) >= self.width:
-            self._cross(block.alike)
-        while _count(self.pools[block.alike]) >= self.width:
-            self._go_on(block.alike)
-
-    def flush(self) -> None:
-        """Search what is left in the pools to the end."""
-        for alike in self.pools:
-            while self.pools[alike] or self.edges[alike]:
-                if self.pools[alike]:
-                    self._go_on(alike)
-                else:
-                    self._cross(alike)
-
-    def _go_on(self, alike: bool) -> None:
-        """The lanes that have waited longest, as many as a block takes, some steps further."""
-        from gonio.fit import lanes as compiled
-
-        block, state = self._taken(self.pools, alike, self.width)
-        data = self._data(block)
-        state = compiled.State(*(self._cast(self._wide(v, one), v.dtype) for v, one in _filled(state)))
-        self._keep(block, data, compiled.advance(self.layout, data, state, self._steps(LATER)))
-
-    def _taken(self, pools: Pools, alike: bool, most: int) -> tuple[Block, Any]:
-        """The lanes that wait first in a pool, and their states as NumPy arrays."""
-        from gonio.fit import lanes as compiled
-
-        block = joined([b for b, _ in pools[alike]])
-        parts = zip(*(state for _, state in pools[alike]), strict=True)
-        state: Any = [np.concatenate(part, axis=-1) for part in parts]
-        state = compiled.State(*state)
-        now, later = np.arange(min(most, len(block))), np.arange(most, len(block))
-        pools[alike] = [(block.part(later), _lanes_in(state, later))] if len(later) else []
-        return block.part(now), _lanes_in(state, now)
-
-    def _cross(self, alike: bool) -> None:
-        """From minima at a bound, straight along each coordinate: where a weight is zero its shape has no slope.
-
-        What `Projection` does for one scan: a better point begins another search.
-        """
-        from gonio.fit import lanes as compiled
-
-        line = self.search.line
-        tried = self.layout.d * line
-        block, state = self._taken(self.edges, alike, max(self.width // tried, 1))
-        places = np.repeat(np.arange(len(block)), tried)
-        units = state.unit[:, places].reshape(self.layout.d, len(block), tried)
-        for k in range(self.layout.d):
-            units[k, :, k * line : (k + 1) * line] = np.linspace(0.0, 1.0, line)
-        costs = []
-        for at in range(0, len(places), self.width):
-            some = slice(at, at + self.width)
-            data = self._data(block.part(places[some]))
-            begun = compiled.begin(self.layout, data, self._cast(self._wide(units.reshape(self.layout.d, -1)[:, some])))
-            costs.append(
-                np.asarray(compiled.advance(self.layout, data, begun, self._steps(1)).cost)[: len(places[some])]
-            )
-        cost = np.concatenate(costs).reshape(len(block), tried)
-        best = np.argmin(cost, axis=1)
-        lower = np.flatnonzero(cost[np.arange(len(block)), best] < state.cost * (1 - BETTER))
-        if len(lower):
-            again = compiled.begin(self.layout, self._data(block.part(lower)), self._cast(units[:, lower, best[lower]]))
-            again = again._replace(steps=state.steps[lower])
-            self.pools[alike].append((block.part(lower), _lanes_in(again, np.arange(len(lower)))))
-
-    def _keep(self, block: Block, data: "compiled.Lanes", state: "compiled.State") -> None:
-        """Put what was found where it belongs, and lanes that are not done into the pool."""
-        from gonio.fit import lane_covariance
-
-        spread = None
-        if self.search.covariance:
-            error = self._cast(self._wide(block.error))
-            spread = lane_covariance.covariance(self.layout, data, state, error, self.search.covariance)
-        done = np.asarray(state.done)[: len(block)] | (block.status != FITTED)
-        ended = done | (np.asarray(state.steps)[: len(block)] >= self.search.max_steps)
-        self.found.put(self.layout, block, self.axes, state, spread, np.flatnonzero(ended), done)
-        bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
-        edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < CROSSINGS)
-        if self.search.line and self.layout.d and edge.any():
-            which = np.flatnonzero(edge)
-            part = replace(block.part(which), crossed=block.crossed[which] + np.int8(1))
-            self.edges[block.alike].append((part, _lanes_in(state, which)))
-        rest = np.flatnonzero(~ended)
-        if len(rest):
-            self.pools[block.alike].append((block.part(rest), _lanes_in(state, rest)))
-
-    def _data(self, block: Block) -> "compiled.Lanes":
-        from gonio.fit import lanes as compiled
-
-        scale = self._wide(block.scale, 1.0)
-        lower, upper = (np.asarray(b[: self.layout.n])[:, None] / scale for b in (self.shared.lower, self.shared.upper))
-        arrays = (lower, upper, block.root if block.alike else self._wide(block.root), self._wide(block.target))
-        return compiled.Lanes(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
-
-    def _wide(self, values: Values, fill: float = 0.0) -> Values:
-        """Filled up to the block's width along the last axis."""
-        missing = self.width - values.shape[-1]
-        pad = [(0, 0)] * (values.ndim - 1) + [(0, missing)]
-        return np.pad(values, pad, constant_values=fill) if missing > 0 else values
-
-    def _starts(self) -> int:
-        return min(self.search.starts, self.points.shape[1])
-
-    def _steps(self, steps: int) -> Any:
-        import jax.numpy as jnp
-
-        return jnp.asarray(steps, dtype=jnp.int32)
-
-    def _cast(self, values: Values, dtype: Any = None) -> Any:
-        import jax.numpy as jnp
-
-        return jnp.asarray(values, dtype=dtype or self.search.dtype)
-
-
-def _count(pool: list[tuple[Block, Any]]) -> int:
-    return sum(len(block) for block, _ in pool)
-
-
-def _lanes_in(state: Any, which: npt.NDArray[np.intp]) -> Any:
-    """Some lanes of a state, as NumPy arrays."""
-    return type(state)(*(np.asarray(v)[..., which] for v in state))
-
-
-def _filled(state: Any) -> list[tuple[Values, float]]:
-    """The arrays of a state with what fills them up: lanes of nothing are done."""
-    return [(v, float(name == "done")) for name, v in zip(state._fields, state, strict=True)]
-
-
-def _tried(d: int, grid: int) -> tuple[Values, tuple[int, ...]]:
-    """Shapes from which searches start (d, tried), and the form of their grid, which three dimensions do not have."""
-    if d <= 2:
-        axis = np.linspace(0.0, 1.0, grid if d == 2 else 3 * grid)
-        return np.array(list(itertools.product(axis, repeat=d))).T.reshape(d, len(axis) ** d), (len(axis),) * d
-    from scipy.stats import qmc
-
-    return qmc.Sobol(d, scramble=False).random(2 ** int(np.ceil(np.log2(64 * d)))).T, ()

@@ -7,7 +7,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from gonio.fit.lane_layout import Layout
-from gonio.fit.lanes import Columns, Lanes, State, basis, gram, in_cells, left, shape_values, slopes, weighted
+from gonio.fit.lanes import (
+    Columns,
+    Lanes,
+    State,
+    basis,
+    full,
+    gram,
+    in_cells,
+    left,
+    shape_values,
+    slopes,
+    times,
+    weighted,
+)
 from gonio.fit.sweep import sweep, unit_scaled
 
 Array = jax.Array
@@ -23,8 +36,7 @@ def covariance(layout: Layout, lanes: Lanes, state: State, error: Array, kind: s
     shape, size = shape_values(state.unit, lanes.axes), layout.n + layout.d
     point = weighted(layout, lanes, basis(layout, lanes, shape))
     moved = [(tuple(layout.n + c for c in of), column) for of, column in slopes(layout, lanes, shape, state.weights)]
-    full = lanes.target.shape
-    columns = [(of, jnp.broadcast_to(column, full)) for of, column in (*point.columns, *moved)]
+    columns = [(of, full(lanes, column)) for of, column in (*point.columns, *moved)]
     inverse, length, blind = _inverse(gram(layout, columns, size))
     columns = [(of, column / in_cells(length, of)) for of, column in columns]
     residual = left(point, state.weights)
@@ -40,8 +52,9 @@ def covariance(layout: Layout, lanes: Lanes, state: State, error: Array, kind: s
             blind = blind | jax.lax.cond(
                 alone.any(), lambda: _fitted_alone(layout, columns, inverse, alone), lambda: jnp.zeros_like(blind)
             )
-        found = _between(inverse, gram(layout, _times(columns, error), size))
+        found = _between(inverse, gram(layout, times(columns, error), size))
     found = found / length[:, None] / length[None, :]
+    blind = blind | ~(jnp.diagonal(found, axis1=0, axis2=1).T >= 0)  # rounding has eaten it
     unknown = blind[:, None] | blind[None, :]
     infinite = jnp.where(np.eye(size, dtype=bool)[:, :, None], jnp.inf, 0.0)
     return jnp.where(unknown, infinite, found)
@@ -70,13 +83,9 @@ def _leverage(columns: Columns, inverse: Array) -> Array:
 
 def _fitted_alone(layout: Layout, columns: Columns, inverse: Array, alone: Array) -> Array:
     """Which values a point tells that is fitted exactly (n, lanes)."""
-    fitted = _between(inverse, gram(layout, _times(columns, alone), len(inverse)))
+    fitted = _between(inverse, gram(layout, times(columns, alone), len(inverse)))
     own, whole = (jnp.diagonal(m, axis1=0, axis2=1).T for m in (fitted, inverse))
     return own > 1e-9 * whole
-
-
-def _times(columns: Columns, factor: Array) -> Columns:
-    return [(of, column * factor) for of, column in columns]
 
 
 def _between(inverse: Array, middle: Array) -> Array:

@@ -5,7 +5,7 @@ sums over cells, and a design with one weight a group needs no columns of zeros.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -51,7 +51,7 @@ class Shared:
     """The numbers that go with a Layout, alike for all lanes.
 
     order (cells * rows): the point that each place holds; filled marks those that only fill up. geometry: components
-    (cells, rows, 1). held (cells, 1, 1) by name. lower, upper: bounds of the free values (n + d).
+    (cells, rows, 1). held (cells, 1, 1) by name.
     """
 
     layout: Layout
@@ -59,8 +59,15 @@ class Shared:
     filled: npt.NDArray[np.bool_]
     geometry: Geometry
     held: dict[str, Values]
-    lower: Values
-    upper: Values
+
+    def thinned(self, most: int) -> "Shared":
+        """Every so many points of each cell, some `most` in all."""
+        every = -(-self.order.size // most)
+        form = (self.layout.cells, self.layout.rows)
+        order, filled = self.order.reshape(form)[:, ::every], self.filled.reshape(form)[:, ::every]
+        layout = replace(self.layout, rows=order.shape[1])
+        geometry = Geometry(*(part[:, ::every] for part in self.geometry))
+        return Shared(layout, order.ravel(), filled.ravel(), geometry, self.held)
 
     def placed(self, values: Values) -> Values:
         """Values of points (lanes, points) as a search takes them: (cells, rows, lanes), the last axis contiguous."""
@@ -95,7 +102,7 @@ def laid_out(problem: Problem) -> Shared:
     held = {e.name: np.asarray(e.held)[e.group[first]][:, None, None] for e in problem.entries if e.held is not None}
     parts: list[Any] = [np.asarray(part, dtype=float) for part in np.broadcast_arrays(*problem.geometry)]
     geometry = Geometry(*(part[order][:, :, None] for part in parts))
-    return Shared(layout, order.ravel(), filled.ravel(), geometry, held, problem.lower, problem.upper)
+    return Shared(layout, order.ravel(), filled.ravel(), geometry, held)
 
 
 def _columns(entries: tuple[Entry, ...], first: Places) -> tuple[tuple[str, tuple[int, ...]], ...]:

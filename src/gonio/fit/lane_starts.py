@@ -11,11 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from gonio.fit.lane_layout import Layout
-from gonio.fit.lanes import Lanes, basis, selection, shape_values
+from gonio.fit.lanes import Columns, Lanes, basis, selection, shape_values
 from gonio.fit.sweep import unit_scaled
 
 Array = jax.Array
 ROUNDS = 4  # of coordinate descent: enough to rank shapes
+NARROW = jnp.float32  # precision of what only ranks shapes, once every term is scaled
 POINTS = 256  # of a scan that take part: more do not rank shapes better
 
 
@@ -25,8 +26,8 @@ def starts_of(layout: Layout, lanes: Lanes, points: Array, grid: tuple[int, ...]
 
     grid: the shape in which the points lie, whose local minima alone are taken; empty where they lie in none.
     """
-    few = jax.tree.map(lambda a: a if a.dtype == bool else a.astype(jnp.float32), (_thinned(layout, lanes), points))
-    costs = _costs(layout, *few)
+    costs = _costs(layout, _thinned(layout, lanes), points)
+    costs = jnp.where(jnp.isnan(costs), jnp.inf, costs)
     if grid:
         costs = jnp.where(_is_least(costs.reshape(*grid, -1)).reshape(costs.shape), costs, costs + 2)
     found = []
@@ -58,17 +59,32 @@ def _costs(layout: Layout, lanes: Lanes, points: Array) -> Array:
         fixed = sum((lanes.held[n] * terms[n] for n in held), start=jnp.zeros(shape, dtype=points.dtype))
         columns.append(((layout.n,) * layout.cells, fixed))
     size = layout.n + bool(held)
-    squared, measured = lanes.root**2, lanes.root * lanes.target
+    heights = [jnp.abs(column).max(axis=(0, 1)) for _, column in columns]
+    heights = [jnp.where(height > 0, height, 1.0) for height in heights]
+    columns = [(of, (c / height).astype(NARROW)) for (of, c), height in zip(columns, heights, strict=True)]
+    tall = jnp.stack([heights[k] for k in _entry_of(columns, size)])[:, :, None]
+    bounds = [jnp.broadcast_to(b[:, None], (layout.n, tried, count)) for b in (lanes.lower, lanes.upper)]
+    if held:
+        own = jnp.broadcast_to(lanes.fixed, (1, tried, count))
+        bounds = [jnp.concatenate([b, own]) for b in bounds]
+    lower, upper = ((b * tall).astype(NARROW) for b in bounds)
+    root, target = lanes.root.astype(NARROW), lanes.target.astype(NARROW)
+    squared, measured = root**2, root * target
     rhs = _summed(layout, [(of, column, measured) for of, column in columns], size, tried)
     pairs = [(i, j, a * b) for at, (i, a) in enumerate(columns) for j, b in columns[at:]]
     flat = [(tuple(r * size + c for r, c in zip(i, j, strict=True)), product, squared) for i, j, product in pairs]
     half = _summed(layout, flat, size * size, tried).reshape(size, size, tried, -1)
     gram = (half + jnp.swapaxes(half, 0, 1)) * (1 - 0.5 * np.eye(size, dtype=half.dtype))[:, :, None, None]
-    lower, upper = (jnp.broadcast_to(b[:, None], (layout.n, tried, count)) for b in (lanes.lower, lanes.upper))
-    if held:
-        own = jnp.broadcast_to(lanes.fixed, (1, tried, count))
-        lower, upper = jnp.concatenate([lower, own]), jnp.concatenate([upper, own])
     return _descended(gram, rhs, lower, upper)
+
+
+def _entry_of(columns: Columns, size: int) -> list[int]:
+    """Which of some columns by term and cell each of `size` columns of a design belongs to."""
+    found = [0] * size
+    for k, (of, _) in enumerate(columns):
+        for column in of:
+            found[column] = k
+    return found
 
 
 def _summed(layout: Layout, columns: list[tuple[tuple[int, ...], Array, Array]], size: int, tried: int) -> Array:

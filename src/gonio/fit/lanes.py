@@ -125,12 +125,18 @@ def gram(layout: Layout, columns: Columns, size: int) -> Array:
     return (upper + jnp.swapaxes(upper, 0, 1)) * share[:, :, None].astype(upper.dtype)
 
 
-def _vector(layout: Layout, columns: Columns, other: Array, size: int) -> Array:
+def summed(layout: Layout, columns: Columns, size: int) -> Array:
+    """Sums (size, lanes) over the points of every column."""
     zero = (0,) * layout.cells
-    return _assembled(layout, [(i, zero, a * other) for i, a in columns], (size, 1))[:, 0]
+    return _assembled(layout, [(of, zero, column) for of, column in columns], (size, 1))[:, 0]
 
 
-def _full(lanes: Lanes, array: Array) -> Array:
+def times(columns: Columns, factor: Array) -> Columns:
+    """Every column times a factor of the points."""
+    return [(of, column * factor) for of, column in columns]
+
+
+def full(lanes: Lanes, array: Array) -> Array:
     return jnp.broadcast_to(array, lanes.target.shape)
 
 
@@ -191,7 +197,7 @@ def _evaluate(layout: Layout, lanes: Lanes, unit: Array, side: Array) -> _Found:
     along = _slope_of_axes(unit, lanes.axes)
     moved = [(of, column * in_cells(along, of)) for of, column in slopes(layout, lanes, shape, weights)]
     own = gram(layout, moved, layout.d)
-    pull = _vector(layout, moved, residual, layout.d)
+    pull = summed(layout, times(moved, residual), layout.d)
     if not layout.n:
         return _Found(weights, side, cost, own, pull)
     cross = _assembled(layout, [(i, j, a * b) for i, a in point.columns for j, b in moved], (layout.n, layout.d))
@@ -211,15 +217,15 @@ def _projected(layout: Layout, lanes: Lanes, point: _Point, side: Array) -> tupl
         lanes_in = lanes.target.shape[-1]
         empty = jnp.zeros((0, lanes_in), dtype=lanes.target.dtype)
         return empty[None][:0], empty, side, point.target
-    matrix = gram(layout, [(of, _full(lanes, c)) for of, c in point.columns], layout.n)
-    rhs = _vector(layout, point.columns, point.target, layout.n)
+    matrix = gram(layout, [(of, full(lanes, c)) for of, c in point.columns], layout.n)
+    rhs = summed(layout, times(point.columns, point.target), layout.n)
     weights, side = bounded(matrix, rhs, lanes.lower, lanes.upper, side)
     residual = left(point, weights)
     if residual.dtype == jnp.float64:
         return matrix, weights, side, residual
     # Once more for what rounding left: normal equations square the condition of the design.
     free = side == 0
-    more = _vector(layout, point.columns, residual, layout.n)
+    more = summed(layout, times(point.columns, residual), layout.n)
     scaled, length = unit_scaled(matrix)
     swept, used = sweep(bordered(scaled, more / length), layout.n, free)
     weights = jnp.clip(weights + jnp.where(used, swept[: layout.n, layout.n], 0.0) / length, lanes.lower, lanes.upper)
@@ -248,6 +254,7 @@ def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Arr
     return step / length, won
 
 
+@functools.partial(jax.jit, static_argnames=("layout",))
 def begin(layout: Layout, lanes: Lanes, unit: Array) -> State:
     """The state before the first step, which stays at the given coordinates (d, lanes) and finds out what is there."""
     d, count = unit.shape
@@ -259,12 +266,12 @@ def begin(layout: Layout, lanes: Lanes, unit: Array) -> State:
 
 def settled(dtype: Any) -> float:
     """What a step may still win, relative to E, where a search ends: its square root is the offset of bates1981."""
-    return max(1e-12, 4 * float(np.finfo(dtype).eps))
+    return max(1e-10, 4 * float(np.finfo(dtype).eps))
 
 
 @functools.partial(jax.jit, static_argnames=("layout",))
 def advance(layout: Layout, lanes: Lanes, state: State, steps: Array) -> State:
-    """Up to so many steps more, of every lane that is not done (levenberg1944 and marquardt1963; nielsen1999)."""
+    """Up to so many steps more of every lane that is not done (levenberg1944, marquardt1963, nielsen1999)."""
     eps = float(np.finfo(lanes.target.dtype).eps)
     enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2
 

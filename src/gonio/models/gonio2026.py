@@ -49,7 +49,7 @@ def forward_lobe(g: Geometry, gamma: HalfWidth, s: Reach) -> PerSteradian:
     squared = shift_squared(g) / s**2
     xp = namespace(squared)
     end = math.pi**1.5 / 2 * s**2 * special("erf", 1 / s**2)
-    through = profile(g.theta_i_deg, gamma) * profile(g.theta_r_deg, gamma)
+    through = profile(g.theta_i_squared, gamma) * profile(g.theta_r_squared, gamma)
     return through * _sine_beta_squared(g) * xp.exp(-(squared**2)) / end
 
 

@@ -21,13 +21,13 @@ LORENTZ = PolarLobe(draw_lorentz_angle, lorentz_angle, of=lambda gamma, **_: (to
 @drawn_by(LORENTZ)
 def lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerDegree:
     """Multiple reflections: a Cauchy-Lorentz lobe about the surface normal, angles in degrees (eq 7)."""
-    return gamma / (math.pi * (g.theta_r_deg**2 + gamma**2))
+    return gamma / (math.pi * (g.theta_r_squared + gamma**2))
 
 
 @drawn_by(LORENTZ)
 def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
     """The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5)."""
-    return profile(g.theta_i_deg, gamma) * profile(g.theta_r_deg, gamma) / hemispherical_integral(gamma)
+    return profile(g.theta_i_squared, gamma) * profile(g.theta_r_squared, gamma) / hemispherical_integral(gamma)
 
 
 cauchy_lorentz = Model(

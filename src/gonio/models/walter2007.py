@@ -7,7 +7,7 @@ from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.facets import TotalSlope, Width, beckmann_slopes, ggx_slopes, reflected, student_slopes
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.masking import beckmann_lambda, ggx_lambda, smith, student_lambda
+from gonio.optics.masking import beckmann_lambda, ggx_visibility, smith, student_lambda
 from gonio.optics.sampling import FacetNormals, VisibleBeckmann, VisibleGGX, draw_student
 
 Tail = Annotated[float, Parameter(2.5, 1.55, 40.0, "exponent of the tail: 2 is GGX, large is Beckmann")]
@@ -23,8 +23,7 @@ def beckmann_facets(g: Geometry, m: TotalSlope, index: Index, extinction: Extinc
 @drawn_by(VisibleGGX(ggx_slopes, of=lambda width, **_: (width, width)))
 def ggx_facets(g: Geometry, width: Width, index: Index, extinction: Extinction) -> PerSteradian:
     """GGX slopes, Smith's masking, Fresnel (walter2007)."""
-    masking = smith(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
-    return unpolarised(g.cos_beta, index, extinction) * reflected(g, ggx_slopes(g, width), masking)
+    return unpolarised(g.cos_beta, index, extinction) * ggx_slopes(g, width) * ggx_visibility(g, width)
 
 
 @drawn_by(FacetNormals(student_slopes, draw_student, of=lambda width, c, **_: (width, c)))

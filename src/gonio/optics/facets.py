@@ -40,7 +40,8 @@ def student_slopes(g: Geometry, width: Array, c: Array, across: Array | None = N
 
 def ggx_slopes(g: Geometry, width: Array, across: Array | None = None) -> Array:
     """Trowbridge and Reitz's distribution, called GGX (walter2007)."""
-    return student_slopes(g, width, 2.0, across)
+    squared, per_slope = _slopes(g, width, across)
+    return per_slope * (1 / (1 + squared) ** 2)
 
 
 def exponential_power_slopes(g: Geometry, width: Array, p: Array) -> Array:
@@ -92,7 +93,7 @@ def _slopes(g: Geometry, along: Array, across: Array | None) -> tuple[Array, Arr
     With a second width the distribution is elliptical: `along` is that of slopes along the surface's x axis.
     """
     tan2 = g.tan_alpha_squared
-    squared = tan2 / along**2 if across is None else (g.slope_x / along) ** 2 + (g.slope_y / across) ** 2
+    squared = tan2 * (1 / along**2) if across is None else (g.slope_x / along) ** 2 + (g.slope_y / across) ** 2
     return squared, (1 + tan2) ** 2 / (math.pi * along * (along if across is None else across))
 
 

@@ -35,12 +35,12 @@ def reflectances(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array, Arr
     larger = xp.sqrt((modulus + xp.abs(t)) / 2)
     smaller = twice / (2 * larger)
     a, b = xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller)
-    r_s = ((a - cos_beta) ** 2 + b**2) / ((a + cos_beta) ** 2 + b**2)
+    r_s = ((a - cos_beta) ** 2 + b**2) * (1 / ((a + cos_beta) ** 2 + b**2))
     along, across = a * cos_beta, b * cos_beta
-    below = (along + sin2) ** 2 + across**2
-    r_p = r_s * ((along - sin2) ** 2 + across**2) / below
-    real = -r_s * (along**2 + across**2 - sin2**2) / below
-    return r_s, r_p, real, r_s * 2 * across * sin2 / below
+    p_over_s = r_s * (1 / ((along + sin2) ** 2 + across**2))
+    r_p = p_over_s * ((along - sin2) ** 2 + across**2)
+    real = -p_over_s * (along**2 + across**2 - sin2**2)
+    return r_s, r_p, real, p_over_s * 2 * across * sin2
 
 
 def with_fresnel(term: Term, n: float, k: float) -> Term:

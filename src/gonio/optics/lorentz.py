@@ -7,9 +7,9 @@ from gonio.optics.quadrature import unit_interval
 from gonio.units import to_radians
 
 
-def profile(theta: Array, gamma: Array) -> Array:
-    """The lobe at `theta`, 1 at the normal and 1/2 at the half width `gamma`; both in degrees."""
-    return 1 / (1 + (theta / gamma) ** 2)
+def profile(squared: Array, gamma: Array) -> Array:
+    """The lobe at a `squared` angle [deg^2], 1 at the normal and 1/2 at the half width `gamma` [deg]."""
+    return 1 / (1 + squared / gamma**2)
 
 
 def hemispherical_integral(gamma: Array) -> Array:

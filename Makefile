@@ -8,8 +8,8 @@ SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: demo test check bench bench-quick bench-peers bench-compare real-surfaces validated catalogue figures crosscheck mutation nist spectral intervals \
-	formats-page fuzz bench-big lock clean
+.PHONY: demo test check bench bench-quick bench-peers bench-compare bench-big bench-crash real-surfaces validated catalogue \
+	figures crosscheck mutation nist spectral intervals formats-page fuzz lock clean
 
 demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
@@ -67,6 +67,10 @@ fuzz: $(VENV)/.test $(VENV)/.gonio
 # A file of MERL's size read, and fitted by several models; writes benchmarks/big.json.
 bench-big: $(VENV)/.gonio
 	$(THREADS) $(BIN)/python benchmarks/big.py
+
+# 200 000 scans fitted while workers and the whole run are killed; writes benchmarks/crash.json.
+bench-crash: $(VENV)/.test $(VENV)/.gonio
+	$(THREADS) $(BIN)/python benchmarks/crash.py
 
 # The figure of the README, from a scan beside the project.
 SCAN := ../shared/data/scans/ualoft_anoblack_nite_steel.csv

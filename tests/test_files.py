@@ -2,7 +2,7 @@
 
 import pytest
 
-from gonio.files import replacing
+from gonio.files import FormatError, replacing
 
 
 def fill(path, name="part"):
@@ -53,3 +53,8 @@ def test_a_directory_half_written_vanishes(tmp_path):
         fails(temporary)
     assert (path / "part").read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["store"]
+
+
+def test_an_error_is_one_line_of_printable_characters_whatever_it_quotes():
+    error = FormatError("scan.astm", "In\x0ctegrated 'é'\nis\ud800 no number", "line 18")
+    assert str(error) == "scan.astm, line 18: In\\x0ctegrated 'é'\\nis\\ud800 no number"

@@ -20,6 +20,7 @@ _HOMES = {
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
     "convert": "gonio.measured.conversion",
+    "evaluate": "gonio.evaluation",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
     "read": "gonio.measured.formats",
@@ -40,6 +41,7 @@ __all__ = [
     "catalogue",
     "check",
     "convert",
+    "evaluate",
     "join",
     "published",
     "read",
@@ -49,6 +51,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from gonio.evaluation import evaluate
     from gonio.fit.anneal import Anneal
     from gonio.fit.problem import Problem
     from gonio.fit.projection import Projection

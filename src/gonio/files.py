@@ -9,9 +9,13 @@ from pathlib import Path
 
 
 class FormatError(ValueError):
-    """A file that cannot be read: which, where in it (a line or a byte offset), what was expected."""
+    """A file that cannot be read: which, where in it (a line or a byte offset), what was expected.
+
+    What is quoted from the file may hold characters that cannot be printed: they are escaped, a form feed as in Python.
+    """
 
     def __init__(self, path: str | Path, what: str, where: str = "") -> None:
+        what = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in what)
         self.path, self.where, self.what = Path(path), where, what
         super().__init__(f"{path}, {where}: {what}" if where else f"{path}: {what}")
 

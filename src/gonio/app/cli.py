@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gonio.app import conversion, fetching, fits, models  # noqa: F401 - their commands register themselves
+from gonio.app import conversion, fetching, fits, models, stacks  # noqa: F401 - their commands register themselves
 from gonio.app.options import Force, Json, Scan, Seed
 from gonio.app.terminal import app
 

@@ -52,7 +52,7 @@ class Anneal:
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
         """The values of least E that any chain met; the history holds each chain's best E after each iteration."""
-        objective = _Objective(problem, *self._bounds(problem))
+        objective = _Objective(problem, *self.bounds(problem))
         random = np.random.default_rng(self.seed)
         size = len(problem.names)
         current = random.random((self.chains, size))
@@ -89,7 +89,7 @@ class Anneal:
             return False
         return bool(np.all(history[-1 - self.patience] - history[-1] < self.tolerance))
 
-    def _bounds(self, problem: Problem) -> tuple[Values, Values]:
+    def bounds(self, problem: Problem) -> tuple[Values, Values]:
         """The problem's bounds, narrowed to lb and ub; ValueError for an unknown name or a range that is empty."""
         names = [entry.name for entry in problem.free for _ in entry.labels]
         for name in (*self.lb, *self.ub):

@@ -35,6 +35,11 @@ class Axes:
     def __len__(self) -> int:
         return len(self.lower)
 
+    @property
+    def maps(self) -> tuple[Values, ...]:
+        """Lower and upper bound, offset, logarithm of the ratio, and whether it counts, one a coordinate."""
+        return self.lower, self.upper, self._offset, self._log_ratio, self._by_ratio
+
     def values(self, unit: Values) -> Values:
         evenly = self.lower + unit * (self.upper - self.lower)
         by_ratio = (self.lower + self._offset) * np.exp(unit * self._log_ratio) - self._offset

@@ -29,6 +29,17 @@ class Status(StrEnum):
     NOT_DETERMINED = "converged, and the data do not determine every value: hold or share what has no uncertainty"
     STEPS_EXHAUSTED = "stopped at the largest number of iterations"
     TOO_FEW_POINTS = "as many values as points or more: nothing is left to tell how good they are"
+    NO_POINTS = "not fitted: every value is masked or missing"
+    ALL_ZERO = "not fitted: every value is zero"
+    NOT_WEIGHED = "not fitted: some values have no weight, as relative weighting gives none to what is not positive"
+
+
+STATUSES = tuple(Status)
+
+
+def code(status: Status) -> int:
+    """The number that stands for a status where there are many."""
+    return STATUSES.index(status)
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,17 @@ Values = npt.NDArray[np.float64]
 class Weighting:
     """One way to weigh squared errors, from the points and a noise floor that only a `floored` one has a use for.
 
-    `logarithmic` compares logarithms, in which no weight enters linearly.
+    `suits` says which values have a weight; where one has none, `weights` raises ValueError. `logarithmic` compares
+    logarithms, in which no weight enters linearly.
     """
 
     help: str
     weights: Callable[[xr.Dataset, float], Values]
     logarithmic: bool = False
     floored: bool = False
+    suits: Callable[[xr.Dataset, float], npt.NDArray[np.bool_]] = lambda points, floor: np.ones(
+        points["brdf"].shape, dtype=bool
+    )
 
 
 def _uniform(points: xr.Dataset, floor: float = 0.0) -> Values:
@@ -62,6 +66,14 @@ def _logarithmic(points: xr.Dataset, floor: float) -> Values:
     return _uniform(points)
 
 
+def _is_positive(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
+    return np.asarray((points["brdf"].values > 0) | (floor > 0))
+
+
+def _is_stated(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
+    return np.asarray(points["uncertainty"].values > 0)
+
+
 def _positive(points: xr.Dataset, name: str) -> Values:
     values: Values = points["brdf"].values
     wrong = int((values <= 0).sum())
@@ -77,9 +89,14 @@ def _positive(points: xr.Dataset, name: str) -> Values:
 WEIGHTINGS: Mapping[str, Weighting] = {
     "uniform": Weighting("every point alike, as the paper does", _uniform),
     "relative": Weighting(
-        "1/(brdf^2 + floor^2): every relative error alike above a noise floor", _relative, floored=True
+        "1/(brdf^2 + floor^2): every relative error alike above a noise floor",
+        _relative,
+        floored=True,
+        suits=_is_positive,
     ),
     "solid-angle": Weighting("cos theta_r sin theta_r: a hemisphere's energy from an in-plane scan", _solid_angle),
-    "uncertainty": Weighting("1/uncertainty^2: what the scan itself is sure of", _inverse_variance),
-    "log": Weighting("squared difference of logarithms: every decade alike", _logarithmic, logarithmic=True),
+    "uncertainty": Weighting("1/uncertainty^2: what the scan itself is sure of", _inverse_variance, suits=_is_stated),
+    "log": Weighting(
+        "squared difference of logarithms: every decade alike", _logarithmic, logarithmic=True, suits=_is_positive
+    ),
 }

@@ -82,7 +82,7 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
             refuse(name, "is no number at each direction")
         if np.isinf(scan[name].values).any():
             refuse(name, "is infinite")
-    if brdf.attrs.get("units") not in (ABSOLUTE, RELATIVE):
+    if str(brdf.attrs.get("units")) not in (ABSOLUTE, RELATIVE):  # a damaged attribute may be an array
         refuse("brdf", f"has the unit {clip(str(brdf.attrs.get('units')))!r}: it needs sr-1, or a.u. for relative data")
     finite = np.isfinite(brdf.values)
     if not brdf.values[finite].any():
@@ -93,6 +93,8 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
         if not good.values.all() and not good.broadcast_like(brdf).transpose(*brdf.dims).values[finite].all():
             refuse(name, f"is missing or outside {low:g} to {high:g} deg where brdf has a value")
     for name in (n for n in brdf.dims if n in _AXES and n in scan.variables):
+        if scan[name].ndim != 1:
+            refuse(str(name), "has not one value for each step along its axis")
         if not scan[name].to_index().is_unique or scan[name].isnull().any():
             refuse(str(name), "has a value twice, or none, along its axis")
     if "wavelength" in scan.variables and not (scan["wavelength"].values > 0).all():

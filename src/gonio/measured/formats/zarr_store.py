@@ -49,8 +49,7 @@ def _opened(path: Path, at_once: bool) -> xr.Dataset:
                 scan = _tidied(scan, str(name))
     except Exception as error:
         said = f"{type(error).__name__}: {error}".splitlines()[0]
-        printable = "".join(c if c.isprintable() else "?" for c in said)
-        what = f"is a damaged Zarr store ({clip(printable, 120)})"
+        what = f"is a damaged Zarr store ({clip(said, 120)})"
         raise FormatError(path, what, f"{METADATA}, line 1") from error
     return scan.set_coords([n for n in (*DIRECTIONS, *SETS) if n in scan.variables])
 

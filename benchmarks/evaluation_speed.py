@@ -2,7 +2,7 @@
 
 Both compute 1e7 pairs from six arrays of floats in memory into one. Like Mitsuba, gonio has its directions in arrays of
 its own library (JAX) and puts the result where an earlier one was. NumPy arrays are in the details, and every ratio is
-that of medians of runs in turn. A copy moves as many bytes, 14 read and 14 written a pair, by NumPy on all cores.
+the median over runs in turn. A copy moves as many bytes, 14 read and 14 written a pair, by NumPy on all cores.
 """
 
 import os
@@ -105,8 +105,8 @@ def figure(name: str, peer: Work, wi: Vectors, wo: Vectors, **more: Any) -> Figu
     """The smaller ratio of the two models; both, and NumPy's, beside it."""
     found: dict[str, Timed] = {}
     for model in VALUES:
-        found[f"{model} JAX"] = paired(in_jax(model, wi, wo), peer)
-        found[f"{model} NumPy"] = paired(in_numpy(model, wi, wo), peer)
+        found[f"{model} JAX"] = paired(in_jax(model, wi, wo), peer, settled=True)
+        found[f"{model} NumPy"] = paired(in_numpy(model, wi, wo), peer, settled=True)
     details = {
         key: timed.details() | {"pairs_per_second": PAIRS / timed.details()["seconds"]} for key, timed in found.items()
     }

@@ -58,12 +58,17 @@ class Timed:
         }
 
 
-def paired(ours: Callable[[], Any], theirs: Callable[[], Any], rounds: int = 9) -> Timed:
-    """Both in turn, each first in every other round, after one run of each that is not counted."""
+def paired(ours: Callable[[], Any], theirs: Callable[[], Any], rounds: int = 9, settled: bool = False) -> Timed:
+    """Both in turn, each first in every other round, after one run of each that is not counted.
+
+    `settled` leaves one run out before each that counts: threads of the other one wait busily for some milliseconds.
+    """
     ours(), theirs()
     found: dict[Callable[[], Any], list[tuple[float, float]]] = {ours: [], theirs: []}
     for k in range(max(rounds, 5)):
         for work in (ours, theirs) if k % 2 else (theirs, ours):
+            if settled:
+                work()
             wall, processor = time.perf_counter(), time.process_time()
             work()
             found[work].append((time.perf_counter() - wall, time.process_time() - processor))

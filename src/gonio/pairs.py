@@ -19,6 +19,13 @@ Packed = tuple[Parts, Parts, dict[str, Array]]
 Look = Callable[[Parts], Parts]
 
 
+def some(parts: Parts) -> Parts:
+    """Of directions, those at even spacings that are looked at."""
+    shape = _shape(parts)
+    at = np.unique(np.linspace(0, math.prod(shape) - 1, LOOKED_AT).astype(np.int64))
+    return tuple(_elements(part, tail, shape, at) for part, tail in zip(parts, _tails(parts), strict=True))
+
+
 @dataclass(frozen=True)
 class Pairs:
     """Directions, as one array (..., 3) or as three of components, and values, all of which broadcast to `shape`."""
@@ -30,14 +37,7 @@ class Pairs:
     dtype: np.dtype
 
     @classmethod
-    def of(
-        cls,
-        wi: Array,
-        wo: Array,
-        values: Mapping[str, Array],
-        precision: str = "",
-        look: Look = lambda parts: some(parts),
-    ) -> "Pairs":
+    def of(cls, wi: Array, wo: Array, values: Mapping[str, Array], precision: str = "", look: Look = some) -> "Pairs":
         """As `gonio.evaluate` takes them; raises ValueError for shapes, lengths and precisions that it refuses.
 
         `look` is `some`, or the same compiled.
@@ -125,13 +125,6 @@ def _direction(name: str, given: Array, look: Look) -> Parts:
         if wrong.size:
             raise ValueError(f"{name} has a vector of length {wrong[0]:.4g}: directions are unit vectors")
     return parts
-
-
-def some(parts: Parts) -> Parts:
-    """Of directions, those at even spacings that are looked at."""
-    shape = _shape(parts)
-    at = np.unique(np.linspace(0, math.prod(shape) - 1, LOOKED_AT).astype(np.int64))
-    return tuple(_elements(part, tail, shape, at) for part, tail in zip(parts, _tails(parts), strict=True))
 
 
 def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], at: np.ndarray) -> Array:

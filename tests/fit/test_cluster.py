@@ -98,17 +98,13 @@ def test_few_tasks_are_with_the_scheduler(cluster, stack, monkeypatch):
 
 
 def test_a_worker_that_is_killed_costs_one_computation(cluster, stack, undisturbed):
-    run = prepared(stack, pause=0.3)
-    killed = 0
-    for record in fit_blocks(cluster.client, run):
-        if not killed:
-            begun = run.manifest.begun() - run.manifest.written()
-            killed = next(p for block in begun for _, _, p in run.manifest.starts(block) if p != record.process)
-            os.kill(killed, signal.SIGKILL)
+    """SIGKILL in the middle of block 4."""
+    run = prepared(stack, pause=0.05, deadly=130, once=str(stack.with_name("killed")))
+    list(fit_blocks(cluster.client, run))
     assert contents(run.job.out) == undisturbed
-    counts = computations(run.manifest)
-    assert sorted(counts) == [1] * 9 + [2]
-    assert killed not in {r.process for r in run.manifest.records() if len(run.manifest.starts(r.block)) == 2}
+    assert computations(run.manifest) == [1] * 4 + [2] + [1] * 5
+    killed, other = (process for _, _, process in run.manifest.starts(4))
+    assert killed != other == run.manifest.record(4).process
 
 
 def test_a_block_that_kills_its_workers_is_given_up_and_named(cluster, stack):

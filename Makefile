@@ -126,7 +126,7 @@ COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --gen
 lock:
 	$(COMPILE) --extra build -o requirements.lock
 	$(COMPILE) --extra build --extra test -c requirements.lock -o requirements-test.lock
-	$(COMPILE) --extra build --extra batch benchmarks/peers.in --override benchmarks/peers-override.in -c requirements-test.lock \
+	$(COMPILE) --extra build --extra cluster benchmarks/peers.in --override benchmarks/peers-override.in -c requirements-test.lock \
 		-o requirements-bench.lock
 	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o requirements-crosscheck.lock
 

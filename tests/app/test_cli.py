@@ -157,7 +157,7 @@ def test_one_model_in_full(run):
         assert catalogue[name].confidence in out
         assert all(parameter in out for parameter in catalogue[name].parameters)
         assert "reflectance" in out
-    assert "gamma / (math.pi * (g.theta_r_deg**2 + gamma**2))" in run("models", "cauchy-lorentz")[1]
+    assert "gamma / (math.pi * (g.theta_r_squared + gamma**2))" in run("models", "cauchy-lorentz")[1]
     assert "worst ln ratio" in run("models", "cauchy-lorentz")[1]
 
 

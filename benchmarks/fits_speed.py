@@ -19,7 +19,7 @@ import xarray as xr
 from figures import Figure, machine
 from scipy.optimize import least_squares
 
-from gonio import Geometry, Problem, catalogue
+from gonio import Anneal, Geometry, Problem, catalogue
 from gonio.fit.batch import fit_many
 from gonio.fit.solution import STATUSES
 
@@ -161,12 +161,29 @@ def long_scan(points: int = 100_000) -> dict[str, Any]:
     }
 
 
+def annealed(lanes: int = 128, iterations: int = 2000) -> dict[str, Any]:
+    """How many times as quick the annealing of a scan is among many as alone."""
+    scans, anneal = stack(lanes), Anneal(max_iterations=iterations)
+    problem = Problem(MODEL, scans.isel(sample=0), grouped=GROUPED)
+    fit_many(problem, scans, anneal=anneal, covariance="")
+    ratios = []
+    for _ in range(ROUNDS):
+        started = time.perf_counter()
+        fit_many(problem, scans, anneal=anneal, covariance="")
+        many = (time.perf_counter() - started) / lanes
+        started = time.perf_counter()
+        anneal.search(problem)
+        ratios.append((time.perf_counter() - started) / many)
+    return {"ratio": statistics.median(ratios), "ratios": ratios, "lanes": lanes, "iterations": iterations}
+
+
 def measure() -> tuple[Figure, ...]:
-    """Fits against SciPy's, and one long scan."""
-    many, long = against_scipy(), long_scan()
+    """Fits against SciPy's, one long scan, and annealing of many against that of one."""
+    many, long, chains = against_scipy(), long_scan(), annealed()
     return (
         Figure("fits_over_scipy", many.pop("ratio"), details=many),
         Figure("long_scan_seconds", long.pop("seconds"), details=long),
+        Figure("anneal_one_over_many", chains.pop("ratio"), details=chains),
     )
 
 

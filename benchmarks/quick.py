@@ -15,7 +15,7 @@ from figures import Figure, keep
 # what each module measures
 MODULES = {
     "evaluation_speed": ("evaluation_over_mitsuba", "evaluation_over_copy"),
-    "fits_speed": ("fits_over_scipy", "long_scan_seconds"),
+    "fits_speed": ("fits_over_scipy", "long_scan_seconds", "anneal_one_over_many"),
     "annealing_speed": ("anneal_over_exact", "dual_annealing_over_exact"),
     "cluster_speed": ("dask_two_over_one",),
     "lmfit_peer": ("lmfit_over_fit",),

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
-RECORD = HERE.parent / "benchmarks" / "results.json"
+RECORD, GROWTH, CRASH = (HERE.parent / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash"))
 MEANING = {
     "evaluation_over_mitsuba": (
         "1e7 pairs of unit vectors in single precision: GGX with Fresnel or Cauchy-Lorentz, whichever gains less, as fast"
@@ -14,6 +14,8 @@ MEANING = {
     ),
     "evaluation_over_copy": ("the same, as part of the speed at which as many bytes are copied on all cores", "0.5"),
     "fits_over_scipy": ("a stack of fits as fast as SciPy least_squares over all parameters this many times", "25"),
+    "long_scan_seconds": ("one scan of 1e5 samples, GGX with Fresnel, fitted once it is compiled [s]", "at most 0.25"),
+    "anneal_one_over_many": ("annealing of Appendix A, a scan among 128 as fast as alone this many times", ""),
     "anneal_over_exact": ("annealing of Appendix A takes this many times as long as exact weights, for no lower E", ""),
     "dual_annealing_over_exact": ("SciPy dual_annealing takes this many times as long, for no lower E", ""),
     "dask_two_over_one": ("fit-stack with two workers as fast as with one this many times", "1.7"),
@@ -72,6 +74,35 @@ def models(results: dict[str, Any]) -> list[str]:
     return lines
 
 
+def growth() -> str:
+    """The cost of a fit from 1e3 to 1e6 scans, where it was measured."""
+    if not GROWTH.exists():
+        return "Not measured yet: `python benchmarks/fits_speed.py --growth`.\n"
+    found = json.loads(GROWTH.read_text(encoding="utf-8"))
+    head = f"`python benchmarks/fits_speed.py --growth` on {found['machine']}, {found['date']}:\n\n"
+    head += "| scans | microseconds a fit | stack [MB] | solution [MB] | peak memory beyond the stack [MB] |\n"
+    rows = [
+        f"| {r['scans']:,} | {r['microseconds_a_fit']:.0f} | {r['stack_MB']:.0f} | {r['solution_MB']:.0f} "
+        f"| {r['peak_growth_MB']:.0f} |"
+        for r in found["rows"]
+    ]
+    return head + "|---:|---:|---:|---:|---:|\n" + "\n".join(rows) + "\n"
+
+
+def crashes() -> str:
+    """What became of a run that was killed, where that was tried."""
+    if not CRASH.exists():
+        return ""
+    found = json.loads(CRASH.read_text(encoding="utf-8"))
+    same = "the same to the last bit as" if found["bitwise_equal"] else "NOT the same as"
+    return (
+        f"`make bench-crash` ({found['date']}): {found['scans']:,} scans in {found['blocks']} blocks, with "
+        f"{len(found['kills'])} kills (SIGKILL) of a worker or of the whole run at random moments: {same} an undisturbed "
+        f"run. Blocks were begun {found['computations']} times, "
+        f"{len(found['blocks_computed_after_they_were_written'])} times after they were written.\n"
+    )
+
+
 def page(results: dict[str, Any]) -> str:
     names = [name for name in MEANING if name in results["figures"]]
     rows = [row(name, results) for name in (*names, *(n for n in results["figures"] if n not in MEANING))]
@@ -84,6 +115,9 @@ def page(results: dict[str, Any]) -> str:
         "| model, arrays | against | pairs a second | ratio of time | of processor time |\n|---|---|---:|---:|---:|\n"
         + "\n".join(models(results))
         + "\n",
+        "## Many fits\n",
+        growth(),
+        crashes(),
         "## On a GPU\n",
         'The same code runs there: `evaluate(.., device="gpu")` or JAX arrays that lie on it.\n',
         "| figure | value |\n|---|---|\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import Anneal, Problem, catalogue
+from gonio import Anneal, Problem, catalogue, check
 from gonio.fit import batch, fit
 from gonio.fit.batch import solution
 from gonio.fit.solution import STATUSES, Status
@@ -303,3 +303,11 @@ def test_annealing_many_comes_as_near_as_annealing_one():
     narrow = fit_many(problem, stack, anneal=Anneal(max_iterations=300, ub={"sigma": 0.05}))
     assert (narrow["value"].sel(parameter="sigma") <= 0.05).all()
     assert [STATUSES[int(s)] for s in narrow["status"].values] == [Status.STEPS_EXHAUSTED] * 3
+
+
+def test_a_stack_is_no_scan_of_one_problem():
+    stack = stack_of("lambert", 2)
+    with pytest.raises(ValueError, match=r"scans lie side by side along sample: choose one, or fit each by fit_many"):
+        Problem(catalogue["lambert"], stack)
+    (note,) = check(stack)
+    assert str(note) == "note: scans lie side by side along sample: gonio fit-stack fits each"

@@ -12,6 +12,7 @@ from gonio.fit.half_width import half_widths
 from gonio.measured import dataset
 from gonio.measured.check import check
 from gonio.measured.formats import read, recognise
+from gonio.measured.stack import foreign_dims
 from gonio.units import label
 
 MOST_LINES = 40  # of a file's own remarks
@@ -23,6 +24,7 @@ def describe(path: Path) -> dict[str, Any]:
     scan, found = read(path), recognise(path)
     flat = dataset.flatten(scan)
     used = dataset.in_use(flat)
+    few = flat.sizes["direction"] <= MOST_POINTS and not foreign_dims(scan)
     in_plane = bool(dataset.is_in_plane(flat).all())
     return {
         "file": str(path),
@@ -34,6 +36,7 @@ def describe(path: Path) -> dict[str, Any]:
         "points": int(flat.sizes["direction"]),
         "points_in_use": int(used.sum()),
         "grid": {str(d): n for d, n in scan["brdf"].sizes.items() if d != "direction"},
+        "lanes": list(foreign_dims(scan)),
         "theta_i": _distinct(flat, "theta_i"),
         "theta_r": _range(dataset.signed_theta_r(flat) if in_plane else flat["theta_r"].values),
         "phi_i": _distinct(scan, "phi_i"),
@@ -46,7 +49,7 @@ def describe(path: Path) -> dict[str, Any]:
         "checks": [
             {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
         ],
-        "half_widths": _half_widths(flat) if flat.sizes["direction"] <= MOST_POINTS else [],
+        "half_widths": _half_widths(flat) if few else [],
     }
 
 
@@ -93,8 +96,10 @@ def tables(record: dict[str, Any]) -> Iterator[Any]:
     facts.show_header = False
     facts.columns[1].no_wrap = False
     facts.add_row("points", f"{record['points']}, {record['points_in_use']} in use, {record['symmetry']}")
-    if record["grid"]:
-        facts.add_row("grid", " x ".join(f"{name} {size}" for name, size in record["grid"].items()))
+    sizes = [f"{name} {size}" for name, size in record["grid"].items() if name not in record["lanes"]]
+    for name, parts in (("scans", [f"{n} {record['grid'][n]}" for n in record["lanes"]]), ("grid", sizes)):
+        if parts:
+            facts.add_row(name, " x ".join(parts))
     if record["stored"]:
         facts.add_row("stored as", _escaped(record["stored"]))
     facts.add_row("theta_i", _listed(record["theta_i"], "deg"))

@@ -28,7 +28,10 @@ Out = Annotated[
 Each = Annotated[
     list[str], typer.Option("--each", metavar="COORD", help="fit each value for itself, as in wavelength, not jointly")
 ]
-Starts = Annotated[int, typer.Option("--starts", metavar="N", help="places at which the search of every scan starts")]
+Starts = Annotated[
+    int,
+    typer.Option("--starts", metavar="N", help="starts followed for every scan; 0: 2, or 4 from three shape values on"),
+]
 Block = Annotated[
     int, typer.Option("--block", metavar="N", help="the most scans of a task, which is what a crash costs")
 ]
@@ -58,7 +61,7 @@ def fit_stack(
     weighting: Weigh = "uniform",
     noise_floor: NoiseFloor = 0.0,
     covariance: CovarianceKind = "robust",
-    starts: Starts = 2,
+    starts: Starts = 0,
     precision: Precision = "float64",
     device: Device = "",
     block: Block = 4096,

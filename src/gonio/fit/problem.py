@@ -20,6 +20,7 @@ from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct, first_of
 from gonio.measured.instrument import IDEAL, Acceptance, Instrument
+from gonio.measured.stack import foreign_dims
 from gonio.model import Model
 from gonio.units import UNITS, weight_unit
 
@@ -109,6 +110,9 @@ class Problem:
                 f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
             )
         dataset.unit(self.data)
+        if lanes := foreign_dims(self.data):
+            along = ", ".join(lanes)
+            raise ValueError(f"scans lie side by side along {along}: choose one, or fit each by fit_many (fit-stack)")
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
         if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():

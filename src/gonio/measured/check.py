@@ -8,6 +8,7 @@ import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS, flatten, in_use
 from gonio.measured.distinct import combined, distinct_in_groups
+from gonio.measured.stack import foreign_dims
 from gonio.units import label
 
 
@@ -38,6 +39,9 @@ def check(scan: xr.Dataset) -> list[Finding]:
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
         what = f"no {', '.join(missing)} in the Dataset"
         return [Finding(Severity.ERROR, what, "a scan needs brdf and the coordinates theta_i, theta_r and phi")]
+    if lanes := foreign_dims(scan):
+        what = f"scans lie side by side along {', '.join(lanes)}"
+        return [Finding(Severity.NOTE, what, "gonio fit-stack fits each")]
     flat = flatten(scan)
     found = [*_units(flat), *_angles(flat), *_values(flat), *_duplicates(flat, flat is not scan), *_coverage(flat)]
     order = list(Severity)

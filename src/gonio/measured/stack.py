@@ -27,14 +27,19 @@ def lane_dims(stack: xr.Dataset, each: Sequence[str] = ()) -> tuple[str, ...]:
     dims = [str(d) for d in stack["brdf"].dims]
     if unknown := [name for name in each if name not in dims]:
         raise ValueError(f"brdf has no dimension {unknown[0]!r} to fit one at a time; it has {', '.join(dims)}")
-    own = {"direction", *SETS, *DIRECTIONS, *(axis for system in SYSTEMS.values() for axis in system.axes)}
-    found = tuple(d for d in dims if d not in own or d in each)
+    found = tuple(d for d in dims if d in (*foreign_dims(stack), *each))
     if not found:
         raise ValueError(
             f"this is one scan, over {', '.join(dims)}, and no stack of scans: give brdf a dimension such as `sample`, "
             "or name one whose values are fitted one at a time"
         )
     return found
+
+
+def foreign_dims(scan: xr.Dataset) -> tuple[str, ...]:
+    """The dimensions of `brdf` that are of no scan: neither directions nor sets of them."""
+    own = {"direction", *SETS, *DIRECTIONS, *(axis for system in SYSTEMS.values() for axis in system.axes)}
+    return tuple(str(d) for d in scan["brdf"].dims if d not in own)
 
 
 def one_scan(stack: xr.Dataset, lanes: Sequence[str]) -> xr.Dataset:

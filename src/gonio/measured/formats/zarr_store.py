@@ -17,6 +17,7 @@ from gonio.measured.format import Format, Holds
 from gonio.measured.text import clip
 from gonio.measured.zarr_chunks import METADATA, Plan, check_chunks, plans
 
+RESULTS = "manifest"  # the group that a store of fitted values has
 NAMES = "names"  # attribute of an array of indexes: the texts
 MOST_BYTES_IN_MEMORY = 33_554_432  # a store below this is read at once
 VALUES_OF_CHUNK = 1_048_576
@@ -30,6 +31,9 @@ def _recognises(head: bytes) -> bool:
 def _read(path: Path) -> xr.Dataset:
     if not (path / METADATA).exists():
         raise FormatError(path, "is a store of Zarr format 2: save it in format 3", ".zgroup, byte 0")
+    if (path / RESULTS).is_dir():
+        what = "holds what gonio fit-stack found, and no scan: open it by xarray.open_zarr"
+        raise FormatError(path, what, f"{METADATA}, line 1")
     arrays = plans(path)
     for plan in arrays:
         check_chunks(plan)

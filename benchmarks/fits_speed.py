@@ -136,6 +136,23 @@ def growth(sizes: tuple[int, ...] = (1_000, 10_000, 100_000, 1_000_000)) -> dict
     return {"rows": rows, "ratio": rows[-1]["microseconds_a_fit"] / rows[0]["microseconds_a_fit"]}
 
 
+def thoroughness(lanes: int = 6_000) -> dict[str, Any]:
+    """How often a search ends higher than a longer one, and what single precision does to E and to time."""
+    scans = stack(lanes)
+    problem = Problem(MODEL, scans.isel(sample=0), grouped=GROUPED)
+    longer = fit_many(problem, scans, starts=6, line=41, covariance="")["cost"].values
+    found = fit_many(problem, scans, covariance="")
+    excess = found["cost"].values / longer - 1
+    narrow = fit_many(problem, scans, precision="float32", covariance="")["cost"].values / longer - 1
+    return {
+        "scans": lanes,
+        "ended_higher": int(np.sum(excess > SAME)),
+        "highest_excess_of_E": float(excess.max()),
+        "single_precision_excess_of_E_median": float(np.median(np.abs(narrow))),
+        "single_precision_excess_of_E_99th_percentile": float(np.percentile(np.abs(narrow), 99)),
+    }
+
+
 def long_scan(points: int = 100_000) -> dict[str, Any]:
     """Seconds for one scan of many samples, GGX with Fresnel reflectance of a conductor, after compilation."""
     rng = np.random.default_rng(0)
@@ -189,7 +206,7 @@ def measure() -> tuple[Figure, ...]:
 
 if __name__ == "__main__":
     if "--growth" in sys.argv[1:]:
-        found = growth() | {"machine": machine(), "date": date.today().isoformat()}
+        found = growth() | {"thoroughness": thoroughness(), "machine": machine(), "date": date.today().isoformat()}
         RECORD.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     else:
         print(*measure(), sep="\n")

@@ -53,8 +53,9 @@ def test_a_grid_may_have_gaps_below_the_horizon_and_no_angle_twice():
         (FormatError("a.csv", "is empty"), ""),
         (FormatError("a.csv", "is odd"), "names no place"),
         (FormatError("b.csv", "is odd", "line 1"), "does not name the file"),
-        (FormatError("a.csv", "is\nodd", "line 1"), "not one line"),
-        (FormatError("a.csv", "is \x1b[31modd", "line 1"), "not one line"),
+        (FormatError("a.csv", "is\nodd", "line 1"), ""),  # escaped
+        (FormatError("a.csv", "is odd", "line 1\nof 2"), "not one line"),
+        (FormatError("a.csv", "is odd", "line \x1b[31m1"), "not one line"),
         (FormatError("a.csv", "x" * 2000, "line 1"), "characters long"),
     ],
 )

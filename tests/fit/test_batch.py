@@ -71,7 +71,8 @@ def assert_same(found: xr.Dataset, lane: int, single) -> None:
         assert STATUSES[int(mine["status"])] is single.status
         if single.status is Status.NOT_DETERMINED:
             return  # the others' uncertainties are those beside one of many values
-        np.testing.assert_allclose(mine["uncertainty"].values[told], spread, rtol=1e-3)
+        # Those of values that trade off are derivatives along a valley of E, and change with the point along it
+        np.testing.assert_allclose(mine["uncertainty"].values[told], spread, rtol=1e-2)
 
 
 OPTIONS = {

@@ -15,7 +15,7 @@ demo: $(VENV)/.gonio
 	$(BIN)/gonio demo --out demo --force
 
 test: check
-	$(THREADS) $(BIN)/python -m pytest -n auto --maxprocesses 8 --cov --cov-report=term --cov-fail-under=95
+	$(THREADS) $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadgroup --cov --cov-report=term --cov-fail-under=95
 
 check: $(VENV)/.test $(VENV)/.gonio
 	$(BIN)/ruff format --check .

@@ -31,7 +31,7 @@ def measure() -> list[Figure]:
         return [Figure(name, reason=reason) for name in ("anneal_over_exact", "dual_annealing_over_exact")]
     problem = weights_alone()
     annealing = Anneal(max_iterations=EVALUATIONS, final_temperature=0.0)
-    objective = _Objective(problem, *annealing._bounds(problem))  # E in coordinates from 0 to 1, for both annealings
+    objective = _Objective(problem, *annealing.bounds(problem))  # E in coordinates from 0 to 1, for both annealings
     bounds = [(0.0, 1.0)] * len(problem.names)
     costs: dict[str, float] = {}
 

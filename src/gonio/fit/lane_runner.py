@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Values = npt.NDArray[Any]
 ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what keeps a GPU busy
 WIDEST = 2**16  # lanes of a block
-LONG, FEW = 2**14, 2**12  # points of a scan that is long, and of the part of it that is searched first
+LONG, FEW = 2**14, 2**11  # points of a scan that is long, and of the part of it that is searched first
 BETTER = 1e-10  # of E: by how much another minimum must be lower
 CROSSINGS = 2  # how often a minimum is crossed
 RACE, LONG_RACE = 3, 12  # steps after which the better start of each lane is known; from three shape values on

@@ -91,7 +91,7 @@ def _searched(problem: Problem, lanes: Lanes, search: Search, progress: Progress
     """What the search of every lane found; that of long scans begins where one of some of their points ended."""
     shared, start = laid_out(problem), None
     if shared.order.size > LONG and len(problem.free_shape) and not search.anneal:
-        few = replace(search, covariance="")
+        few = replace(search, covariance="", thorough=False)
         some = _run(problem, shared.thinned(FEW), lanes, few, None, lambda done: progress(done / 2))
         shape = some.value[:, problem.n_weights :]
         start = problem.axes().unit(np.where(np.isfinite(shape), shape, problem.shape_start)).T

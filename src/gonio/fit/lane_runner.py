@@ -42,6 +42,7 @@ class Search:
     covariance: str
     dtype: Any
     block: int
+    thorough: bool = True  # whether minima of three shape values and more are crossed wherever they lie
 
 
 class Runner:
@@ -190,7 +191,7 @@ class Runner:
         ended = done | spent
         self.found.put(self.layout, block, self.axes, state, spread, np.flatnonzero(ended), done)
         bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
-        bound |= self.layout.d > 2
+        bound |= self.search.thorough and self.layout.d > 2
         edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < CROSSINGS)
         if self.search.line and self.layout.d and edge.any() and not self.search.anneal and self.start is None:
             which = np.flatnonzero(edge)

@@ -19,7 +19,7 @@ from typing import Any
 
 import psutil
 from dask_bench import MODEL, SCANS, THETA_I, THETA_R, command, results, write_stack
-from nist import machine
+from figures import machine
 
 from gonio.fit.manifest import Manifest
 

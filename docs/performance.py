@@ -37,7 +37,8 @@ HEAD = """# Performance
 Made by `make bench-quick` and `make bench` from [results.json](../benchmarks/results.json); do not edit. A figure is a
 ratio of two things that ran in turn in one process, the median of at least five rounds, on the machine and day beside it
 with its load (processes that wanted to run; a machine alone has less than one). Ratios of processor time, which other
-users of a machine change less, stand in parentheses. Those of evaluation are of JAX arrays.
+users of a machine change less, stand in parentheses. Those of evaluation are of JAX arrays. Two workers against one are
+the median of as many pairs as five minutes allow, which are in results.json: two here.
 """
 
 
@@ -80,7 +81,7 @@ def growth() -> str:
         return "Not measured yet: `python benchmarks/fits_speed.py --growth`.\n"
     found = json.loads(GROWTH.read_text(encoding="utf-8"))
     head = f"`python benchmarks/fits_speed.py --growth` on {found['machine']}, {found['date']}:\n\n"
-    head += "| scans | microseconds a fit | stack [MB] | solution [MB] | peak memory beyond the stack [MB] |\n"
+    head += "| scans | microseconds a fit | stack [MB] | solution [MB] | growth of peak memory beyond making the stack [MB] |\n"
     rows = [
         f"| {r['scans']:,} | {r['microseconds_a_fit']:.0f} | {r['stack_MB']:.0f} | {r['solution_MB']:.0f} "
         f"| {r['peak_growth_MB']:.0f} |"

@@ -95,6 +95,9 @@ def test_each_lane_is_fitted_as_one_scan_is(options):
     found = fit_many(one(stack, 0, **options), stack)
     for lane in range(5):
         assert_same(found, lane, fit(one(stack, lane, **options)))
+    for name, (low, high) in options.get("bounds", {}).items():
+        values = found["value"].sel(parameter=name).values
+        assert ((low <= values) & (values <= high)).all()
 
 
 @pytest.mark.parametrize("name", ["lambert", "ross-li", "ggx"])

@@ -54,6 +54,7 @@ class Results:
         shape = np.asarray(shape_values(state.unit, axes))[:, kept]
         scale = np.concatenate([np.tile(block.scale[kept], (n, 1)), np.ones_like(shape)]).T
         value = np.concatenate([np.asarray(state.weights)[:, kept], shape]).T * scale
+        value = np.clip(value, self.lower, self.upper)  # the unit of a lane moves a bound by rounding
         bound = np.concatenate([side != 0, (unit <= 0) | (unit >= 1)]).T
         told, refused = block.told[kept], block.status[kept] != FITTED
         value[~told], bound[~told] = np.nan, False

@@ -103,4 +103,5 @@ def bounded(gram: Array, rhs: Array, lower: Array, upper: Array, side: Array) ->
     )
     going = lambda state: (state[2] != 0).any() & (state[5] < 4 * n + 8)  # noqa: E731
     side, x, *_ = jax.lax.while_loop(going, one, start)
-    return jnp.clip(x, low, high) / length, side
+    inside = jnp.clip(x / length, lower, upper)
+    return jnp.where(side < 0, lower, jnp.where(side > 0, upper, inside)), side  # a bound is met to the last bit

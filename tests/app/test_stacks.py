@@ -117,7 +117,7 @@ def test_ctrl_c_is_one_line_that_says_how_to_go_on(run, stack, here, monkeypatch
     [
         (("--weighting", "relative"), "its problem weighting was uniform, and is relative now"),
         (("--bound", "rho=0.1:2"), "its problem bounds rho was not given"),
-        (("--starts", "5"), "its fit starts was 2, and is 5 now"),
+        (("--starts", "5"), "its fit starts was 0, and is 5 now"),
     ],
 )
 def test_another_fit_is_refused_with_what_differs(run, stack, here, more, said):

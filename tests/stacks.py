@@ -102,6 +102,8 @@ def fit(stack: Path, out: Path, **options: Any) -> xr.Dataset:
 if __name__ == "__main__":
     import stacks  # workers find the function in the module, not in the program
 
+    # A shell that started the tests in the background has told them to ignore the signal, which is inherited.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.modules["bokeh"] = None  # type: ignore[assignment]  # no dashboard, which takes a second to load
     source, target, seconds, processes = sys.argv[1:]
     stacks.fit(Path(source), Path(target), block=3, workers=int(processes), settings={"pause": float(seconds)})

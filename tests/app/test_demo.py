@@ -9,6 +9,8 @@ import pytest
 from gonio.app.report import study
 from gonio.app.report.demo import write_demo
 
+pytestmark = pytest.mark.xdist_group("demo")  # one process, which makes it once
+
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory):

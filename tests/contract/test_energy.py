@@ -50,6 +50,7 @@ def _evaluate(model, values, geometry):
     return model(geometry, values)
 
 
+@pytest.mark.no_cover  # counting the lines of so many quadratures takes longer than they do
 @pytest.mark.parametrize("model", list(catalogue.values()), ids=lambda m: m.name)
 def test_energy_as_declared(model):
     """A weight of 1 reflects at most what arrives, over the bounds, unless the model says otherwise; then it does not.

@@ -24,6 +24,7 @@ def problem(model):
     return Problem(model, simulate(model, true_values(model), ANGLES, THETA_R, noise=0.02, seed=5))
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 @every_model
 @every_solver
 def test_optimum_is_what_it_says(problem, solver):
@@ -39,6 +40,7 @@ def test_optimum_is_what_it_says(problem, solver):
     np.testing.assert_array_equal(again.vector, optimum.vector)
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 @every_model
 @pytest.mark.parametrize("weighting", ["uniform", "relative", "solid-angle", "uncertainty", "log"])
 def test_nothing_beats_the_exact_solver(problem, model, weighting):

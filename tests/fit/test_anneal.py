@@ -50,6 +50,7 @@ def test_seed_and_chains(aluminium):
     assert several.cost == several.history[-1].min()
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 def test_slower_cooling_ends_lower(aluminium):
     problem = problem_of(aluminium)
     median = {
@@ -59,6 +60,7 @@ def test_slower_cooling_ends_lower(aluminium):
     assert median[0.999] < median[0.95]
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 def test_free_shape_is_annealed_too(aluminium):
     model, _values, scan = aluminium
     problem = Problem(model, scan, grouped={"ks": "theta_i"})

@@ -89,6 +89,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 def test_each_lane_is_fitted_as_one_scan_is(options):
     stack = stack_of("cauchy-lorentz", 5)

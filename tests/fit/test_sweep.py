@@ -44,7 +44,7 @@ def test_bounds_are_kept_as_by_scipy(n, bounds):
     with jax.enable_x64(True):
         rhs = jnp.asarray(np.einsum("lpi,lp->il", design, target))
         low, high = (jnp.full((n, LANES), b) for b in bounds)
-        found, side = bounded(jnp.asarray(gram), rhs, low, high, jnp.zeros((n, LANES), dtype=jnp.int32))
+        found, side = jax.jit(bounded)(jnp.asarray(gram), rhs, low, high, jnp.zeros((n, LANES), dtype=jnp.int32))
     for lane in range(LANES):
         expected = lsq_linear(design[lane], target[lane], bounds, method="bvls", tol=1e-15).x
         costs = [np.sum((design[lane] @ x - target[lane]) ** 2) for x in (np.asarray(found)[:, lane], expected)]

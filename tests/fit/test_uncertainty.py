@@ -54,6 +54,7 @@ def lobe(seed=1, **noise):
     return simulate(catalogue["torrance-sparrow"], LOBE, ANGLES, THETA_R, seed=seed, **(noise or {"noise": 0.02}))
 
 
+@pytest.mark.no_cover  # counting the lines of so many searches takes longer than they do
 @pytest.mark.parametrize(
     ("case", "noise"),
     [

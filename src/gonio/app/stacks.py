@@ -64,7 +64,7 @@ def fit_stack(
     starts: Starts = 0,
     precision: Precision = "float64",
     device: Device = "",
-    block: Block = 4096,
+    block: Block = 2048,
     workers: Processes = 0,
     scheduler: Scheduler = "",
     force: Anew = False,
@@ -134,7 +134,8 @@ def _fitted(run: "Run", scheduler: str, workers: int, force: bool) -> float:
     if run.resumed:
         _tell(f"resuming: {len(run.done)} of {len(blocks)} blocks are there")
     try:
-        with connected(scheduler, workers) as cluster, present.progress_bar(f"fitting {run.job.model.name}") as bar:
+        progress = present.progress_bar(f"fitting {run.job.model.name}")
+        with connected(scheduler, workers, run.job.modules) as cluster, progress as bar:
             _tell(_where(cluster))
             started = time.perf_counter()
             bar(done / blocks.lanes)

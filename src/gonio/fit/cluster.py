@@ -47,10 +47,11 @@ def dask_setup(worker: Any) -> None:
 
 
 @contextmanager
-def connected(scheduler: str = "", workers: int = 0) -> Iterator[Cluster]:
+def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()) -> Iterator[Cluster]:
     """A cluster: that of the scheduler at an address such as tcp://host:8786, or one of processes on this machine.
 
     workers: how many processes, of one thread each; 0 is one a core. Those of a scheduler are its own.
+    preload: modules that each process loads as it starts, side by side, rather than in its first task.
     Raises ValueError where Dask is not installed, or the scheduler does not answer or has no worker.
     """
     if workers < 0:
@@ -67,7 +68,7 @@ def connected(scheduler: str = "", workers: int = 0) -> Iterator[Cluster]:
         if scheduler:
             client = stack.enter_context(_reached(scheduler))
         else:
-            local = stack.enter_context(_local(workers or cores()))
+            local = stack.enter_context(_local(workers or cores(), preload))
             client = stack.enter_context(distributed.Client(local))
         yield Cluster(client, _dashboard(client), is_local=not scheduler)
 
@@ -89,7 +90,7 @@ def _compiled() -> dict[str, str]:
     return {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.3"}
 
 
-def _local(workers: int) -> Any:
+def _local(workers: int, preload: Sequence[str]) -> Any:
     import logging
 
     from distributed import LocalCluster
@@ -100,7 +101,7 @@ def _local(workers: int) -> Any:
         processes=True,
         dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,  # a worker that dies is started anew, and a block that fails is told once
-        preload=[__name__],
+        preload=[__name__, *preload],
     )
 
 
@@ -229,7 +230,7 @@ def fit_stack(
     """
     run = prepare(model, stack, out, each=each, force=force, **declared)
     if run.todo:
-        with connected(scheduler, workers) as cluster:
+        with connected(scheduler, workers, run.job.modules) as cluster:
             done = sum(run.job.blocks.size(block) for block in run.done)
             for record in fit_blocks(cluster.client, run):
                 done += record.lanes

@@ -24,7 +24,7 @@ from gonio.measured.stack_store import identity, open_stack
 from gonio.model import Model
 
 FitMany = Callable[..., xr.Dataset]
-LANES_OF_BLOCK = 4096
+LANES_OF_BLOCK = 2048
 _MATTERS = ("gonio", "numpy", "scipy", "jax", "jaxlib")  # the versions on which the last digits depend
 
 
@@ -52,6 +52,11 @@ class Job:
         from gonio.fit.batch import fit_many
 
         return fit_many
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """What a process loads for its first block; JAX, which takes a second, is among it."""
+        return () if self.fit_many else ("gonio.models", "gonio.fit.lane_starts", "gonio.fit.lane_covariance", "zarr")
 
     def prepared(self) -> tuple[Problem, xr.Dataset]:
         """The problem of one lane, and the stack, whose values are still in the store."""

@@ -21,6 +21,7 @@ Values = npt.NDArray[np.float64]
 KINDS = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS = {"monochrome": ("",), "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z"), "spectrum": ()}
 SYSTEMS = ("spherical", "specular", "half_difference", "distorted_spherical")  # each _coordinate_system
+STEP = 1e-9  # between the numbers of a list: of what is closer, 180 degrees away nothing is left
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
 _OF_A_BLOCK = (*LISTS, "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA", "VERSION")
 LONGEST_LINE = 1_000_000  # bytes; lists of angles are long lines
@@ -231,8 +232,8 @@ def _block(lines: _Lines, kind: str, notes: list[str]) -> Block:
 def _check_list(lines: _Lines, key: str, values: Values) -> None:
     if not len(values):
         raise lines.wrong(f"{key} is empty")
-    if key != "PARAM4_LIST" and np.any(np.diff(values) <= 0):
-        raise lines.wrong(f"the numbers of {key} do not ascend")
+    if key != "PARAM4_LIST" and np.any(np.diff(values) < STEP):
+        raise lines.wrong(f"the numbers of {key} do not ascend by {STEP:g} or more")
     low, high = (-90, 90) if key == "PARAM4_LIST" else (0, 1e9 if key == "WAVELENGTH_LIST" else 360)
     if values.min() < low or values.max() > high or (key == "WAVELENGTH_LIST" and values[0] == 0):
         raise lines.wrong(f"{key} has numbers outside {low} to {high:g}")

@@ -234,6 +234,7 @@ DEFECTS = [
     ("monochrome", "spectrum", "line 9", "without WAVELENGTH_LIST"),
     ("specular_coo", "polar_coo", "line 4", "PARAM_TYPE is"),
     ("PARAM0_LIST 0 30", "PARAM0_LIST 30 0", "line 5", "do not ascend"),
+    ("PARAM3_LIST 0 90", "PARAM3_LIST 0 1e-320", "line 8", "do not ascend by 1e-09"),
     ("PARAM0_LIST 0 30", "PARAM0_LIST 0 nan", "line 5", "not a finite number"),
     ("PARAM0_LIST 0 30", "PARAM0_LIST 0 3,5", "line 5", "decimal points"),
     ("PARAM0_LIST 0 30", "PARAM0_LIST 0 -1", "line 5", "do not ascend"),

@@ -31,6 +31,15 @@ ONE_THREAD = dict.fromkeys((*THREADS, "NPROC", "ZARR_THREADING__MAX_WORKERS"), "
 # whose page faults cost a sixth of a worker's time and more: what is below 32 MiB is kept, 256 MiB in all.
 KEPT_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(32 * 2**20), "MALLOC_TRIM_THRESHOLD_": str(256 * 2**20)}
 
+# Dask looks after its processes many times a second, for tasks of milliseconds. Ours take half a second and more, and
+# the scheduler has no core of its own.
+LOOKED_AFTER = {
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "2s",
+    "distributed.worker.memory.monitor-interval": "500ms",
+    "distributed.worker.profile.enabled": False,
+}
+
 
 @dataclass(frozen=True)
 class Cluster:
@@ -77,7 +86,7 @@ def _settings() -> dict[str, Any]:
     """Dask's settings; variables of the environment that are set already are left to who set them."""
     environment = ONE_THREAD | KEPT_MEMORY | _compiled()
     spawned = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in environment.items()}
-    return {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE} | spawned
+    return {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE} | LOOKED_AFTER | spawned
 
 
 def _compiled() -> dict[str, str]:

@@ -32,7 +32,7 @@ def here(monkeypatch):
     client = SimpleNamespace(nthreads=lambda: {"here": 1})
 
     @contextmanager
-    def connected(scheduler="", workers=0):
+    def connected(scheduler="", workers=0, preload=()):
         yield clusters.Cluster(client, "http://127.0.0.1:8787/status", is_local=True)
 
     def fit_blocks(client, run):
@@ -168,7 +168,7 @@ def test_without_bokeh_a_word_says_how_to_see_the_dashboard(run, stack, here, mo
     from gonio.fit import cluster as clusters
 
     @contextmanager
-    def connected(scheduler="", workers=0):
+    def connected(scheduler="", workers=0, preload=()):
         client = SimpleNamespace(nthreads=lambda: {"a": 1, "b": 1})
         yield clusters.Cluster(client, "", is_local=False)
 

@@ -86,7 +86,8 @@ def _settings() -> dict[str, Any]:
     """Dask's settings; variables of the environment that are set already are left to who set them."""
     environment = ONE_THREAD | KEPT_MEMORY | _compiled()
     spawned = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in environment.items()}
-    return {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE} | LOOKED_AFTER | spawned
+    limits = {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": PATIENCE}
+    return limits | LOOKED_AFTER | spawned
 
 
 def _compiled() -> dict[str, str]:

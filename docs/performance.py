@@ -38,7 +38,8 @@ Made by `make bench-quick` and `make bench` from [results.json](../benchmarks/re
 ratio of two things that ran in turn in one process, the median of at least five rounds, on the machine and day beside it
 with its load (processes that wanted to run; a machine alone has less than one). Ratios of processor time, which other
 users of a machine change less, stand in parentheses. Those of evaluation are of JAX arrays. Two workers against one are
-the median of as many pairs as five minutes allow, which are in results.json: two here.
+the median of five pairs (`python benchmarks/cluster_speed.py`; `make bench-quick` has time for two), which are in
+results.json.
 """
 
 

@@ -192,9 +192,10 @@ def _scan(blocks: Sequence[Block], form: str) -> xr.Dataset:
         if block.theta_i in taken:
             taken, scan = set(), scan + 1
         taken.add(block.theta_i)
-        columns.append(_directions(block))
+        columns.append(_columns(block))
         names += [str(scan)] * columns[-1].shape[1]
-    theta_i, theta_r, phi, values = np.concatenate(columns, axis=1)
+    theta_i, theta, azimuth, values = np.concatenate(columns, axis=1)
+    theta_r, phi = np.abs(theta), hemispheres.turned(azimuth + np.where(theta >= 0, TURN_ABOVE, TURN_BELOW))
     cosine = np.cos(np.radians(theta_r))
     kept = cosine > GRAZING
     found = make_scan(
@@ -214,13 +215,12 @@ def _scan(blocks: Sequence[Block], form: str) -> xr.Dataset:
     return found if found["brdf"].values.any() else add_history(found, "every value is zero")
 
 
-def _directions(block: Block) -> np.ndarray:
-    """theta_i, theta_r, phi [deg] and values of one block, (4, n)."""
+def _columns(block: Block) -> np.ndarray:
+    """theta_i, signed theta, azimuth [deg] and values of one block, (4, n)."""
     rows = np.array(block.rows)
-    theta, azimuth = np.meshgrid(rows[:, 0], np.array(block.azimuths), indexing="ij")
-    phi = hemispheres.turned(np.where(theta >= 0, azimuth + TURN_ABOVE, azimuth + TURN_BELOW))
-    columns = (np.full(theta.shape, block.theta_i), np.abs(theta), phi, rows[:, 1:])
-    return np.stack([column.ravel() for column in columns])
+    theta = np.repeat(rows[:, 0], len(block.azimuths))
+    azimuth = np.tile(block.azimuths, len(rows))
+    return np.stack([np.full(theta.size, block.theta_i), theta, azimuth, rows[:, 1:].ravel()])
 
 
 FORMAT = Format(

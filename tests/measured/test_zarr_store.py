@@ -119,6 +119,11 @@ BAD = {
     "shape": (with_shape(2**62), "brdf/zarr.json, line 2", "more than 50000000 values"),
     "shape-negative": (with_shape(-4), "brdf/zarr.json, line 2", "no list of counts"),
     "shape-half": (with_shape(4.5), "brdf/zarr.json, line 2", "no list of counts"),
+    "nothing-by-2^62": (
+        lambda path: (with_shape(0, 2**62)(path), with_chunk(2, 2)(path)),
+        "zarr.json, line 1",
+        "number of dimensions",
+    ),
     "dimensions": (with_shape(4, 1), "brdf/zarr.json, line 7", "not as many counts"),
     "more": (with_shape(40), "brdf/c/1, byte 0", "a chunk is missing"),
     "chunk": (with_chunk(2**40), "brdf/zarr.json, line 6", "a chunk would be"),

@@ -192,7 +192,7 @@ def _summary(found: dict[str, Any]) -> "Iterable[Table | str]":
     if found["seconds"]:
         yield f"{found['fits_per_second']:.4g} fits a second, {found['seconds']:.3g} s"
     else:
-        yield f"nothing to do: all {found['blocks']} blocks are there"
+        yield f"nothing to do: {found['blocks']} of {found['blocks']} blocks are there"
     if worst := found["worst"]:
         where = ", ".join(f"{dim} {value}" for dim, value in worst["at"].items())
         yield f"worst: E {figure(worst['cost'])} at {where} ({worst['status'].replace('_', ' ')})"

@@ -4,7 +4,6 @@ Stores of format 3 are read whose arrays are plain numbers in a regular grid of 
 or without a CRC-32C. Every chunk must be there: a lost one would be read as fill values.
 """
 
-import itertools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,8 +44,10 @@ class Plan:
 
     def chunk_names(self) -> Any:
         """The name within the store of every chunk that must be there."""
-        counts = [range(-(-n // c)) for n, c in zip(self.shape, self.chunk, strict=True)]
-        return ("/".join((self.name, "c", *map(str, at))) for at in itertools.product(*counts))
+        counts = tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
+        # One at a time: itertools.product keeps every count whole, also 2^62 beside a 0, of which no chunk is.
+        places = (np.unravel_index(k, counts) for k in range(math.prod(counts)))
+        return ("/".join((self.name, "c", *map(str, at))) for at in places)
 
 
 def plans(store: Path) -> list[Plan]:

@@ -56,7 +56,7 @@ class Job:
     @property
     def modules(self) -> tuple[str, ...]:
         """What a process loads for its first block; JAX, which takes a second, is among it."""
-        return () if self.fit_many else ("gonio.models", "gonio.fit.lane_starts", "gonio.fit.lane_covariance", "zarr")
+        return () if self.fit_many else ("gonio.fit.lane_starts", "gonio.fit.lane_covariance", "zarr")
 
     def prepared(self) -> tuple[Problem, xr.Dataset]:
         """The problem of one lane, and the stack, whose values are still in the store."""

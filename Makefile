@@ -62,7 +62,7 @@ formats-page: $(VENV)/.test $(VENV)/.gonio
 # Every format against so many damaged and hostile files, an hour or two; writes docs/fuzzing.md and benchmarks/fuzzing.json.
 INPUTS := 200000
 fuzz: $(VENV)/.test $(VENV)/.gonio
-	$(THREADS) $(BIN)/python tests/fuzzing.py --inputs $(INPUTS) --workers 2
+	$(THREADS) $(BIN)/python tests/tools/fuzzing.py --inputs $(INPUTS) --workers 2
 
 # A file of MERL's size read, and fitted by several models; writes benchmarks/big.json.
 bench-big: $(VENV)/.gonio
@@ -80,7 +80,7 @@ figures: $(VENV)/.gonio
 
 # Breaks every sign, cosine and prefactor of every term in turn: a test must fail each time; writes docs/mutation.md.
 mutation: $(VENV)/.test $(VENV)/.gonio
-	$(THREADS) $(BIN)/python tests/mutation.py
+	$(THREADS) $(BIN)/python tests/tools/mutation.py
 
 # NIST's certified regression problems by the local search of every fit; writes docs/solver-quality.md.
 nist: $(VENV)/.gonio

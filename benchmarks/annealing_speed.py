@@ -5,9 +5,9 @@ Copper with ks by incidence angle, the shape held where the fit left it, so that
 
 from pathlib import Path
 
-from figures import Figure, paired
 from scipy.optimize import dual_annealing
 
+from figures import Figure, paired
 from gonio import Anneal, Problem, Projection, catalogue, read
 from gonio.fit import fit
 from gonio.fit.anneal import _Objective

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import Figure, keep
 from rich.progress import track
 
+from figures import Figure, keep
 from gonio import Anneal, Problem, Projection, catalogue, read
 from gonio.app.present import figure, table
 from gonio.compare import FAMILY

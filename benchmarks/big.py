@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from nist import machine
 
 from gonio import Geometry, Problem, catalogue, read, write
 from gonio.fit import fit
 from gonio.measured.coordinates import grid
 from gonio.processes import cores
+from nist import machine
 
 RECORD = Path(__file__).resolve().parent / "big.json"
 BOUND = ("lambert", "torrance-sparrow", "ward", "cauchy-lorentz")

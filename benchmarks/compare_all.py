@@ -17,9 +17,8 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from nist import machine
-
 from gonio.processes import cores
+from nist import machine
 
 HERE = Path(__file__).resolve().parent
 RECORD = HERE / "compare_all.json"

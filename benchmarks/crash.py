@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+
 from dask_bench import MODEL, SCANS, THETA_I, THETA_R, command, results, write_stack
 from figures import machine
-
 from gonio.fit.manifest import Manifest
 
 RECORD = Path(__file__).resolve().parent / "crash.json"

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import Figure, Timed, paired
 
+from figures import Figure, Timed, paired
 from gonio import catalogue
 from gonio.evaluation import evaluate
 from gonio.processes import cores

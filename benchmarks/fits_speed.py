@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from figures import Figure, machine
 from scipy.optimize import least_squares
 
+from figures import Figure, machine
 from gonio import Anneal, Geometry, Problem, catalogue
 from gonio.fit.batch import fit_many
 from gonio.fit.solution import STATUSES

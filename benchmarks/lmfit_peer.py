@@ -7,8 +7,8 @@ from pathlib import Path
 
 import lmfit
 import numpy as np
-from figures import Figure, paired
 
+from figures import Figure, paired
 from gonio import Problem, catalogue, read
 from gonio.fit import fit
 

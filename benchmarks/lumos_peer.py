@@ -1,9 +1,9 @@
 """Lumos-Sat's ABg against gonio's, both in double precision from NumPy arrays of unit vectors."""
 
 import numpy as np
-from figures import Figure, paired
 from lumos.brdf.library import ABG
 
+from figures import Figure, paired
 from gonio import catalogue
 from gonio.evaluation import evaluate
 

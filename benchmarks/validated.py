@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from rich.progress import track
-from surfaces import DATA, surfaces
 
 from gonio import Model, Problem, catalogue
 from gonio.compare import Row, metrics, rank
@@ -22,6 +21,7 @@ from gonio.fit import fit
 from gonio.fit.hold_out import predictions
 from gonio.fit.solution import without_infinities
 from gonio.processes import cores
+from surfaces import DATA, surfaces
 
 HERE = Path(__file__).resolve().parent
 OURS = "gonio-best"

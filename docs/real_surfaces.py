@@ -11,7 +11,6 @@ import numpy as np
 import validated_surfaces
 import xarray as xr
 from rich.progress import track
-from surfaces import SCANS, usable
 from validated_surfaces import PAPER
 
 from gonio import catalogue
@@ -20,6 +19,7 @@ from gonio.compare import FAMILY, METRICS, Row, drop, predict, rank, reference_e
 from gonio.measured.dataset import points, signed_theta_r
 from gonio.plot.curves import curves
 from gonio.plot.style import COLOURS, house_style, new_figure, save
+from surfaces import SCANS, usable
 
 HERE = Path(__file__).resolve().parent
 GROUPED = {"ks": "theta_i", "rho_s": "theta_i"}

@@ -9,8 +9,8 @@ from hypothesis import settings
 
 from gonio import published, simulate
 from gonio.models import catalogue
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
 # One run of a submission must not fail where the next one passes: CI draws the same examples each time.
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):

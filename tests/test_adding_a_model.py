@@ -4,12 +4,13 @@ import json
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "adding-a-model.md"
+from places import ROOT
+
+PAGE = ROOT / "docs" / "adding-a-model.md"
 
 
 @pytest.fixture

@@ -2,15 +2,14 @@
 
 import importlib.util
 import json
-from pathlib import Path
 from types import SimpleNamespace
 
-import figures
 import pytest
+
+import figures
 import quick
 from figures import Figure, keep, paired
-
-ROOT = Path(__file__).resolve().parent.parent
+from places import ROOT
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import pytest
 import gonio
 from gonio.app.format_table import rows
 from gonio.measured.formats import formats
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
 DEPENDENCIES = """
 array-api-compat defusedxml matplotlib numpy pooch pyyaml rich scipy typer xarray zarr
 """

@@ -1,7 +1,6 @@
 """The commands about files: formats, info on whatever gonio reads, convert, diff."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +8,7 @@ import pytest
 from gonio import read, write
 from gonio.measured.dataset import make_scan
 from gonio.measured.formats import formats
-
-SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
+from places import SHARED
 
 
 @pytest.fixture

@@ -21,7 +21,8 @@ from gonio.archive.collection import Collection, PublicFile
 
 CONTENT = bytes(range(256)) * 4000  # 1 MB, no part of it like another by accident of length
 SHA256 = hashlib.sha256(CONTENT).hexdigest()
-ROOT = Path(__file__).resolve().parents[2]
+from places import ROOT
+
 SHARED = ROOT.parent / "shared" / "data" / "files"
 NAME = "small/surface"
 

@@ -19,8 +19,8 @@ from gonio.measured.difference import difference
 from gonio.measured.format import Format
 from gonio.measured.formats import formats, recognise
 from gonio.measured.resample import Filling
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 SHARED_FILES = ROOT.parent / "shared" / "data" / "files"
 WRITABLE = [f for f in formats().values() if f.write]
 LOSSLESS = [f for f in WRITABLE if "*" in f.holds.variables and f.holds.relative]

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,9 @@ from gonio.model import Model, declarations
 from libraries import LIBRARIES
 
 MODELS = list(catalogue.values())
-BIBLIOGRAPHY = Path(__file__).resolve().parents[2] / "references.bib"
+from places import ROOT
+
+BIBLIOGRAPHY = ROOT / "references.bib"
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
 every_library = pytest.mark.parametrize("library", LIBRARIES, ids=lambda lib: lib.name)

@@ -16,12 +16,13 @@ import numpy as np
 
 from gonio import read
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "tools")]
 from crosscheck.peers import write
 from gonio.measured.formats.rgl import evaluate
+from places import FILES as SHARED_FILES
 from samples import pbsdf, rgl
 
-FILES = Path(__file__).resolve().parents[3] / "shared" / "data" / "files" / "rgl"
+FILES = SHARED_FILES / "rgl"
 GRID = 2**24
 KEPT, KEPT_SYNTHETIC = 500, 50
 BAR = 1e-5

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -20,7 +19,9 @@ from gonio.fit.manifest import Manifest
 from gonio.fit.stack_run import fit_block, prepare
 
 LANES, BLOCK = 30, 3
-PROGRAM = Path(__file__).resolve().parent.parent / "stacks.py"
+from places import ROOT
+
+PROGRAM = ROOT / "tests" / "tools" / "stacks.py"
 LONGEST = 120.0  # s that anything waited for may take on a loaded machine
 
 

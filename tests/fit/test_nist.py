@@ -14,7 +14,9 @@ from gonio.fit.covariance import scaled
 from gonio.fit.descent import Tangent, derivative, descend
 
 Values = npt.NDArray[np.float64]
-FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "nist_strd"
+from places import SHARED
+
+FOLDER = SHARED / "nist_strd"
 CERTIFIED = 11.0  # digits that are printed
 BAR, BAR_DEVIATION = 8.0, 6.0  # digits asked for, of parameters and of standard deviations
 # Lanczos1 repeats a sum of exponentials in 14 digits: its residual is what the 14th digit rounded, 8e-14, which double

@@ -10,8 +10,8 @@ import pytest
 
 from gonio.materials import Material, constants, material, materials
 from gonio.optics.fresnel import unpolarised
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 TABLES = tomllib.loads(Path(__file__).with_name("tables.toml").read_text(encoding="utf-8"))["tables"]
 
 

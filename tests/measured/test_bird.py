@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,10 @@ from referencing import Registry, Resource
 from gonio import read, write
 from gonio.files import FormatError
 from gonio.measured.dataset import make_scan
+from places import FILES
 from samples.bird import plain, samples, shortest
 
-SHARED = Path(__file__).parents[3] / "shared" / "data" / "files" / "bird"
+SHARED = FILES / "bird"
 NO_JSON = "sample_holder_json_schema_v1.0.json"  # as published it has commas too many; it asks for nothing
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason=f"no published files at {SHARED}")
 

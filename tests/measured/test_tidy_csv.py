@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gonio import read
+from gonio.door.text import LONGEST_LINE
 from gonio.files import FormatError
-from gonio.measured.text import LONGEST_LINE
 
 GOOD = "# material: test\ntheta_i_deg,theta_r_deg,brdf_sr-1\n30,-10,0.5\n30,20,0.7\n"
 

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from gonio import read, write
+from gonio.door import zarr_chunks
 from gonio.files import FormatError
-from gonio.measured import zarr_chunks
 from gonio.measured.formats import zarr_store
 from samples.zarr_store import dense, flat, samples
 

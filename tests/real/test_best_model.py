@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from surfaces import anoblack_ec1, merl_aluminium
 
 from conftest import ROOT
 from gonio import Problem, catalogue
 from gonio.compare import assess, validate
 from gonio.fit import fit
+from surfaces import anoblack_ec1, merl_aluminium
 
 BEST = catalogue["gonio-best"]
 

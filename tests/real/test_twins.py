@@ -6,7 +6,6 @@ specular nodes, which take the largest signal of the incidence angle.
 """
 
 import functools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +16,8 @@ from gonio import read
 from gonio.measured.dataset import HORIZON, flatten, signed_theta_r
 from gonio.measured.formats.zemax import FORMAT
 from gonio.measured.reduction import reduce
+from places import SHARED as DATA
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 pytestmark = pytest.mark.skipif(not (DATA / "files").is_dir(), reason=f"no measured files at {DATA}")
 
 BLANK = "blank_v2o0_20250911.xls"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gonio.measured.tensor_file import write_fields
+from gonio.door.tensor_file import write_fields
 
 MATRIX = [[1, 0.1, 0.2, 0.05], [-0.15, 0.7, 0.3, -0.1], [0.12, -0.25, 0.6, 0.2], [0.02, 0.08, -0.3, 0.5]]
 

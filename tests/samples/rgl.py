@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.tensor_file import write_fields
 from gonio.measured.dataset import make_scan
 from gonio.measured.formats.rgl import FORMAT
-from gonio.measured.tensor_file import write_fields
 
 
 def smooth(*shape, seed=0):

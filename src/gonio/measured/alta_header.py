@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from gonio.door.text import clip
 from gonio.files import FormatError
 from gonio.measured.parametrisations import PARAMETRISATIONS, Parametrisation
-from gonio.measured.text import clip
 
 KEYS = ("DIM", "PARAM_IN", "PARAM_OUT", "VS", "FORMAT", "VERSION", "PRECISION", "SAMPLE_COUNT", "ENDIAN")
 CHANNELS = {"RGB_COLOR": ("R", "G", "B"), "XYZ_COLOR": ("X", "Y", "Z")}

@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from gonio.measured.json_text import Document
+from gonio.door.json_text import Document
 
 METADATA = "bird_metadata"  # attribute: the metadata of the file as JSON
 _OWN = "gonio"  # section of ours: provenance and history

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import number
 from gonio.files import FormatError
 from gonio.measured.coordinates import grid, system_of
 from gonio.measured.dataset import ABSOLUTE, SETS, flatten, make_scan
-from gonio.measured.text import number
 
 Values = npt.NDArray[np.float64]
 AXES = ("theta_i", "phi_i", "theta_r", "phi")

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import MOST_VALUES, Words, clip, lines, remark_lines
 from gonio.files import FormatError
 from gonio.measured.dataset import HORIZON
-from gonio.measured.text import MOST_VALUES, Words, clip, lines, remark_lines
 
 Values = npt.NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.measured import hemispheres
 from gonio.measured.hemispheres import SAME, Values, in_words
-from gonio.measured.text import clip, lines
 
 LONGEST = 1 << 20  # bytes of a line: a row of 0.01 deg steps in full precision
 MOST_VALUES = 8_000_000  # a table times its wavelengths

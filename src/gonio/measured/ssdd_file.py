@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from gonio.door.text import MOST_VALUES, clip, number
 from gonio.files import FormatError
-from gonio.measured.text import MOST_VALUES, clip, number
 
 Values = npt.NDArray[np.float64]
 

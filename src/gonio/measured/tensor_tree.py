@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from gonio.measured.elements import Element
-from gonio.measured.text import clip
+from gonio.door.elements import Element
+from gonio.door.text import clip
 
 DEEPEST = 15  # levels of a tree: 2^-15 of the square is far below any instrument's cone
 Array = npt.NDArray[np.float64]

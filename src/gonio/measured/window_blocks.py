@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gonio.door.elements import Element
+from gonio.door.text import MOST_VALUES, clip, number
 from gonio.measured import klems
-from gonio.measured.elements import Element
 from gonio.measured.klems import Basis
-from gonio.measured.text import MOST_VALUES, clip, number
 
 MODES = {"reflection": "BRDF", "transmission": "BTDF"}
 SIDES = ("front", "back")

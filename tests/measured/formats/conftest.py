@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-SHARED_FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
+from places import FILES as SHARED_FILES
 
 
 @pytest.fixture(scope="session")

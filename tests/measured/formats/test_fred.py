@@ -12,9 +12,9 @@ from gonio.measured.check import Severity, check
 from gonio.measured.dataset import make_scan
 from gonio.measured.formats import recognise
 from gonio.measured.formats.fred import FORMAT
+from places import FILES
 from samples.fred import AROUND, COSINES, IN_PLANE, samples
 
-FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 REAL = sorted((FILES / "fred").glob("*.txt")) or [
     pytest.param(None, marks=pytest.mark.skip(reason=f"no measured files at {FILES}"))
 ]

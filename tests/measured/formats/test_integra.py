@@ -17,9 +17,9 @@ from gonio.measured.dataset import make_scan
 from gonio.measured.formats import formats, recognise
 from gonio.measured.lobe_reflectance import lobe_reflectances
 from gonio.measured.resample import resample
+from places import FILES as SHARED
 from samples import integra, integra_specular
 
-SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 MINIMAL = """;; a remark
 Source Generated
 TypeSym ASymmetrical

@@ -11,9 +11,10 @@ from gonio.files import FormatError
 from gonio.measured.check import check
 from gonio.measured.formats import recognise
 from gonio.measured.formats.jdv import FORMAT
+from places import FILES
 from samples.jdv import GONIOMETER, RAYWIZ, samples
 
-FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "files" / "rt300s"
+FOLDER = FILES / "rt300s"
 needs_files = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no measured files at {FOLDER}")
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gonio import Geometry, read
+from gonio.door.tensor_file import Fields, write_fields
 from gonio.files import FormatError
 from gonio.measured.dataset import flatten
 from gonio.measured.formats import recognise
 from gonio.measured.formats.pbsdf import FORMAT
-from gonio.measured.tensor_file import Fields, write_fields
 from samples import pbsdf as samples
 from samples import rgl
 

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from gonio import convert, read, write
+from gonio.door.tensor_file import Fields, write_fields
 from gonio.files import FormatError
 from gonio.measured.adaptive import Warp
 from gonio.measured.adaptive_layout import SIZE
@@ -15,7 +16,6 @@ from gonio.measured.adaptive_scan import X, Y
 from gonio.measured.dataset import flatten, make_scan
 from gonio.measured.formats import recognise
 from gonio.measured.formats.rgl import FORMAT, evaluate
-from gonio.measured.tensor_file import Fields, write_fields
 from samples import rgl as samples
 
 SINGLE = 2**-23  # relative spacing of what the files store

@@ -9,14 +9,14 @@ import pytest
 import xarray as xr
 
 from gonio import read
+from gonio.door.workbook import sheets
 from gonio.files import FormatError
 from gonio.measured.check import Severity, check
 from gonio.measured.formats import recognise
 from gonio.measured.formats.rt300s import FORMAT, direction
-from gonio.measured.workbook import sheets
+from places import FILES
 from samples.rt300s import COLUMNS, LABELS, samples, workbook
 
-FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 REAL = sorted((FILES / "rt300s").glob("*.xls")) or [
     pytest.param(None, marks=pytest.mark.skip(reason=f"no measured files at {FILES}"))
 ]

@@ -13,9 +13,9 @@ from gonio.measured.check import Severity, check
 from gonio.measured.dataset import HORIZON, flatten, make_scan
 from gonio.measured.formats import recognise, writer
 from gonio.measured.formats.zemax import FORMAT
+from places import FILES
 from samples.zemax import ASYMMETRICAL, PLANE, TURNED, samples
 
-FILES = Path(__file__).resolve().parents[4] / "shared" / "data" / "files"
 REAL = sorted((FILES / "zemax").glob("*.bsdf")) or [
     pytest.param(None, marks=pytest.mark.skip(reason=f"no measured files at {FILES}"))
 ]

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.rows import Rows
+from gonio.door.text import lines
 from gonio.files import FormatError
 from gonio.measured.alta_header import CHANNELS, WITH_COSINE, Header, header_of, recognises
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history, flatten, make_scan, sets, unit
 from gonio.measured.format import Format, Holds
 from gonio.measured.parametrisations import Parametrisation, angles, impossible
-from gonio.measured.rows import Rows
-from gonio.measured.text import lines
 
 Values = npt.NDArray[np.float64]
 Place = Callable[[int], str]  # where in the file a row is

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.binary import Bytes
+from gonio.door.text import MOST_VALUES, clip
 from gonio.files import FormatError
 from gonio.measured.alta_header import END, STREAM, header_of, recognises
-from gonio.measured.binary import Bytes
 from gonio.measured.format import Format, Holds
 from gonio.measured.formats.alta import BOUNDS, scan_of, stored
-from gonio.measured.text import MOST_VALUES, clip
 
 ORDERS = {"little": "<f8", "big": ">f8"}
 LONGEST_HEADER = 65_536  # bytes

@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import MOST_VALUES, clip, lines, number, remark_lines
 from gonio.files import FormatError
 from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import MOST_VALUES, clip, lines, number, remark_lines
 
 Values = npt.NDArray[np.float64]
 

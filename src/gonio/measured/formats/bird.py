@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.json_text import Document, load
+from gonio.door.text import clip
 from gonio.measured import bird_metadata
 from gonio.measured.dataset import ABSOLUTE, SETS, add_history, make_scan
 from gonio.measured.format import Format, Holds
-from gonio.measured.json_text import Document, load
-from gonio.measured.text import clip
 
 _ANGLES = {"theta_i": 90.0, "phi_i": 360.0, "theta_r": 90.0, "phi_r": 360.0}
 _DEGREES = {"°": 1.0, "deg": 1.0, "rad": 180.0 / math.pi}

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.rows import Rows
+from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, sets, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.rows import Rows
-from gonio.measured.text import clip, lines
 
 COLUMNS = ("polar_in", "azimuth_in", "polar_out", "azimuth_out", "brdf")
 MOST = (90.0, 1e6, 90.0, 1e6)  # deg; an azimuth further round has lost its digits

@@ -20,10 +20,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import clip, lines, number
 from gonio.files import FormatError
 from gonio.measured.dataset import RELATIVE, add_history, flatten, make_scan, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import clip, lines, number
 
 Array = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.int64]

@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import MOST_VALUES, Words, clip, lines
 from gonio.measured.dataset import RELATIVE, make_scan
 from gonio.measured.format import Format
 from gonio.measured.formats.rt300s import direction
-from gonio.measured.text import MOST_VALUES, Words, clip, lines
 
 KINDS = {"brdf(rt-300s)": "RT-300S", "brdf(raywiz)": "Raywiz"}
 MOST_NODES = 100_000  # of one axis

@@ -31,12 +31,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.text import Words, clip, lines
 from gonio.files import FormatError
 from gonio.measured import hemispheres
 from gonio.measured.dataset import ABSOLUTE
 from gonio.measured.format import Format, Holds
 from gonio.measured.hemispheres import SAME, Hemisphere, Values, in_words
-from gonio.measured.text import Words, clip, lines
 
 TITLE = "LightTools BSDF"
 LONGEST = 1 << 20  # bytes of a line: 360 000 azimuths or a row of values in full precision

@@ -15,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.binary import Bytes
+from gonio.door.text import MOST_VALUES
 from gonio.measured import coordinates
-from gonio.measured.binary import Bytes
 from gonio.measured.colours import planes
 from gonio.measured.dataset import ABSOLUTE, HORIZON, PARAMETERISATION
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import MOST_VALUES
 
 Values = npt.NDArray[np.float64]
 

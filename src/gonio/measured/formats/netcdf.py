@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door import netcdf3
+from gonio.door.text import clip
 from gonio.files import FormatError
-from gonio.measured import netcdf3
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import clip
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _AXES = {axis for system in SYSTEMS.values() for axis in system.axes}

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.tensor_file import MAGIC, Fields
 from gonio.measured import coordinates
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history
 from gonio.measured.format import Format, Holds
-from gonio.measured.tensor_file import MAGIC, Fields
 
 MOST = 10_000_000_000  # matrix elements; mapped, not loaded
 FRAMES = "x = w_i x w_r, y = k x x on both rays, k the direction of travel"

@@ -17,12 +17,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.elements import Element, parse
+from gonio.door.text import MOST_VALUES, clip
 from gonio.measured import klems, tensor_tree, window_blocks
 from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
-from gonio.measured.elements import Element, parse
 from gonio.measured.format import Format, Holds
 from gonio.measured.klems import Basis
-from gonio.measured.text import MOST_VALUES, clip
 
 LONGEST_NUMBER = 100  # characters with the white space around it
 NAME = "radiance"

@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.text import clip, lines, number
 from gonio.files import FormatError
 from gonio.measured import hemispheres
 from gonio.measured.dataset import RELATIVE, add_history, make_scan
 from gonio.measured.format import Format, Holds
 from gonio.measured.speos import GRAZING, Rows
-from gonio.measured.text import clip, lines, number
 
 TYPE = "Intensity BRDF"
 TEXT_START, RTD_START = "name / comment", "optis - anisotropic bsdf surface file v1.0"

@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.tensor_file import MAGIC, Fields, write_fields
+from gonio.door.text import clip
 from gonio.measured.adaptive_layout import layout
 from gonio.measured.adaptive_scan import BELOW, DIMENSIONS, GRAZING, NAME, as_scan, evaluate, surface_of, with_values
 from gonio.measured.dataset import add_history
 from gonio.measured.format import Format, Holds
-from gonio.measured.tensor_file import MAGIC, Fields, write_fields
-from gonio.measured.text import clip
 
 MOST_SLICES = 4096  # incidences of light
 INTEGERS = {"jacobian": "u1", "valid": "u1", "version": "<u4"}

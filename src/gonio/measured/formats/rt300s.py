@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import clip
+from gonio.door.workbook import MAGIC, Cell, Cells, sheets
 from gonio.files import FormatError
 from gonio.measured.dataset import make_scan
 from gonio.measured.format import Format
-from gonio.measured.text import clip
-from gonio.measured.workbook import MAGIC, Cell, Cells, sheets
 
 LIMITS = {"azimuth": 180.0, "incidence": 90.0, "receive": 89.99, "rt": math.inf}  # the largest absolute values [deg]
 KEPT = ("method", "date", "model id", "technician", "illuminant.", "observer.")

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import remark_lines
 from gonio.files import FormatError
 from gonio.measured.coordinates import system_of
 from gonio.measured.dataset import ABSOLUTE, add_history, unit
@@ -32,7 +33,6 @@ from gonio.measured.formats.integra_specular import specular_scan
 from gonio.measured.mirror_grid import mirror_grid, own_grid
 from gonio.measured.ssdd_file import COLOURS, Block, read_blocks
 from gonio.measured.ssdd_scan import MODES, NAMES, ORDER, below_horizon, joined, relative_azimuths, scattering
-from gonio.measured.text import remark_lines
 
 Values = npt.NDArray[np.float64]
 

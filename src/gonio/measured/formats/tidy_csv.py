@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import clip, lines
 from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is no scan

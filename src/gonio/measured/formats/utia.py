@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.binary import Bytes
 from gonio.measured import coordinates
-from gonio.measured.binary import Bytes
 from gonio.measured.colours import COLOURS, planes
 from gonio.measured.dataset import RELATIVE
 from gonio.measured.format import Format, Holds

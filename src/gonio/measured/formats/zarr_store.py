@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gonio.door.text import clip
+from gonio.door.zarr_chunks import METADATA, Plan, check_chunks, plans
 from gonio.files import FormatError
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import clip
-from gonio.measured.zarr_chunks import METADATA, Plan, check_chunks, plans
 
 RESULTS = "manifest"  # the group that a store of fitted values has
 NAMES = "names"  # attribute of an array of indexes: the texts

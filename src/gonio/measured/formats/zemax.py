@@ -22,10 +22,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import MOST_VALUES, Words, clip, lines
 from gonio.measured.coordinates import grid
 from gonio.measured.dataset import HORIZON, RELATIVE, SETS, add_history, points, unit
 from gonio.measured.format import Format, Holds
-from gonio.measured.text import MOST_VALUES, Words, clip, lines
 
 AXES = {"SampleRotation": "phi_i", "AngleOfIncidence": "theta_i", "ScatterAzimuth": "phi_s", "ScatterRadial": "theta_s"}
 RANGES = {"phi_i": (-360.0, 360.0), "theta_i": (0.0, 90.0), "phi_s": (0.0, 360.0), "theta_s": (0.0, 180.0)}

@@ -1,4 +1,4 @@
-"""Damage and malice for files, by seed: what tests/fuzzing.py feeds to the readers.
+"""Damage and malice for files, by seed: what tests/tools/fuzzing.py feeds to the readers.
 
 Every mutation is a function of a random generator, the bytes (a bytearray, changed in place or replaced) and the bytes
 of another file of the format.

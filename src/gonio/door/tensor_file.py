@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.measured.binary import Bytes
-from gonio.measured.text import MOST_VALUES, clip
+from gonio.door.binary import Bytes
+from gonio.door.text import MOST_VALUES, clip
 
 MAGIC = b"tensor_file\0"
 VERSION = (1, 0)

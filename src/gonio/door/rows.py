@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from gonio.door.text import MOST_VALUES, number
 from gonio.files import FormatError
-from gonio.measured.text import MOST_VALUES, number
 
 AT_ONCE = 50_000  # words that wait as text: their memory is many times that of the numbers
 MOST_LISTED = 10  # names in a message

@@ -5,8 +5,8 @@ import struct
 import numpy as np
 import pytest
 
+from gonio.door.tensor_file import TYPES, Fields, write_fields
 from gonio.files import FormatError
-from gonio.measured.tensor_file import TYPES, Fields, write_fields
 
 
 def entry(name, kind, start, *shape, dimensions=None):

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.measured.binary import Bytes
-from gonio.measured.text import MOST_VALUES, clip
+from gonio.door.binary import Bytes
+from gonio.door.text import MOST_VALUES, clip
 
 MAGIC = (b"CDF\x01", b"CDF\x02")
 TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8"}

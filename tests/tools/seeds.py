@@ -16,8 +16,8 @@ from gonio.files import FormatError
 from gonio.measured import formats as registry
 from gonio.measured.format import Format
 from mutations import choice, mutated
+from places import SHARED
 
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 EASY = 2_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
 
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from gonio.door.json_text import Document, load
+from gonio.door.text import MOST_VALUES, clip
 from gonio.files import FormatError
-from gonio.measured.json_text import Document, load
-from gonio.measured.text import MOST_VALUES, clip
 
 METADATA = "zarr.json"
 LONGEST_METADATA = 4_194_304  # bytes

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gonio.door.text import clip
 from gonio.files import FormatError
-from gonio.measured.text import clip
 
 DEEPEST = 40  # elements within each other; no measurement has more
 MOST_ELEMENTS = 100_000

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gonio.door.text import clip
 from gonio.files import FormatError
-from gonio.measured.text import clip
 
 DEEPEST = 64
 MOST_PLACES = 200_000  # values among which a place is looked for; of a later one it is that of what holds it

@@ -43,7 +43,7 @@ from gonio import Geometry, catalogue
 from gonio.model import Model
 
 HERE = Path(__file__).resolve().parent
-PAGE = HERE.parent / "docs" / "mutation.md"
+PAGE = HERE.parent.parent / "docs" / "mutation.md"
 PACKAGE = Path(gonio.__file__).resolve().parent
 COUNTED = ("reference", "contract/test_models.py", "test_geometry.py")
 SELF = (  # these compare a model with itself, or say nothing of its values

@@ -19,14 +19,15 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))  # as pytest does
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]  # as pytest does
 
 from gonio.measured import formats as registry
 from outcomes import attempt
+from places import ROOT
 from seeds import EASY, damaged, put, seeds
 from workers import Process, Tally, Worker
 
-ROOT = Path(__file__).resolve().parent.parent
 RECORD, PAGE = ROOT / "benchmarks" / "fuzzing.json", ROOT / "docs" / "fuzzing.md"
 INPUTS = 200_000
 QUICK = 2_000  # inputs of each format in `make test`, fewer where all its files are large

@@ -5,9 +5,9 @@ import inspect
 import pkgutil
 from pathlib import Path
 
+from gonio import formats as package
 from gonio.app.format_table import HEADINGS, LEGEND, record, rows
-from gonio.measured import formats as package
-from gonio.measured.format import Format
+from gonio.formats.format import Format
 
 HERE = Path(__file__).resolve().parent
 
@@ -37,7 +37,7 @@ gonio convert scan.csv coating.bsdf --to zemax --fill symmetry,ggx --weighting l
   by solid angle, and the rms within 85 deg of the normal, because towards the horizon a BRDF may grow without bound. It says nothing about directions that were not measured.
 - `gonio diff A B` compares any two files at the directions of the second; `--out FILE` draws it.
 
-In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, directions)`, `gonio.measured.difference.difference(a, b)`.
+In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, directions)`, `gonio.resampling.difference.difference(a, b)`.
 
 ## What each can hold
 

@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
+from gonio import formats as registry
 from gonio.files import FormatError
-from gonio.measured import formats as registry
 from gonio.measured.coordinates import grid
 from gonio.measured.dataset import make_scan
 from outcomes import attempt, wrong_with_dataset, wrong_with_error

@@ -14,7 +14,7 @@ import pytest
 
 from crosscheck.radiance_files import FILES
 from gonio import read
-from gonio.measured.formats.radiance import evaluate
+from gonio.formats.radiance.window import evaluate
 
 PEER = Path(__file__).parent / "reference" / "peers" / "radiance.json"
 MOVED = 3e-4

@@ -10,7 +10,7 @@ import pytest
 
 import gonio
 from gonio.app.format_table import rows
-from gonio.measured.formats import formats
+from gonio.formats import formats
 from places import ROOT
 
 DEPENDENCIES = """

@@ -19,14 +19,14 @@ _HOMES = {
     "Solution": "gonio.fit.solution",
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
-    "convert": "gonio.measured.conversion",
+    "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
-    "read": "gonio.measured.formats",
-    "resample": "gonio.measured.resample",
+    "read": "gonio.formats",
+    "resample": "gonio.resampling.resample",
     "simulate": "gonio.measured.simulation",
-    "write": "gonio.measured.formats",
+    "write": "gonio.formats",
 }
 
 __all__ = [
@@ -56,17 +56,17 @@ if TYPE_CHECKING:
     from gonio.fit.problem import Problem
     from gonio.fit.projection import Projection
     from gonio.fit.solution import Solution
+    from gonio.formats import read, write
     from gonio.geometry import Geometry
     from gonio.measured.check import check
-    from gonio.measured.conversion import convert
     from gonio.measured.dataset import join
-    from gonio.measured.formats import read, write
     from gonio.measured.instrument import Instrument
-    from gonio.measured.resample import resample
     from gonio.measured.simulation import simulate
     from gonio.model import Model, Parameter
     from gonio.models import catalogue
     from gonio.models.publications import published
+    from gonio.resampling.conversion import convert
+    from gonio.resampling.resample import resample
 
 
 def __getattr__(name: str) -> Any:

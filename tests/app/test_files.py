@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gonio import read, write
+from gonio.formats import formats
 from gonio.measured.dataset import make_scan
-from gonio.measured.formats import formats
 from places import SHARED
 
 

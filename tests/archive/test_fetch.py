@@ -18,10 +18,10 @@ from gonio.app.cli import main
 from gonio.archive import collection as declared
 from gonio.archive import download
 from gonio.archive.collection import Collection, PublicFile
+from places import ROOT
 
 CONTENT = bytes(range(256)) * 4000  # 1 MB, no part of it like another by accident of length
 SHA256 = hashlib.sha256(CONTENT).hexdigest()
-from places import ROOT
 
 SHARED = ROOT.parent / "shared" / "data" / "files"
 NAME = "small/surface"

@@ -13,12 +13,12 @@ import xarray as xr
 import samples
 from gonio import convert, read, write
 from gonio.files import FormatError
-from gonio.measured.conversion import in_words
+from gonio.formats import formats, recognise
+from gonio.formats.format import Format
 from gonio.measured.dataset import flatten, make_scan, points
-from gonio.measured.difference import difference
-from gonio.measured.format import Format
-from gonio.measured.formats import formats, recognise
-from gonio.measured.resample import Filling
+from gonio.resampling.conversion import in_words
+from gonio.resampling.difference import difference
+from gonio.resampling.resample import Filling
 from places import ROOT
 
 SHARED_FILES = ROOT.parent / "shared" / "data" / "files"

@@ -3,7 +3,7 @@
 import pytest
 
 from fuzzing import quick, report
-from gonio.measured.formats import formats
+from gonio.formats import formats
 from workers import Process, Tally
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from gonio import Geometry, catalogue
 from gonio.model import Model, declarations
 from libraries import LIBRARIES
+from places import ROOT
 
 MODELS = list(catalogue.values())
-from places import ROOT
 
 BIBLIOGRAPHY = ROOT / "references.bib"
 

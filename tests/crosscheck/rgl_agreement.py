@@ -16,9 +16,10 @@ import numpy as np
 
 from gonio import read
 
-sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "tools")]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
 from crosscheck.peers import write
-from gonio.measured.formats.rgl import evaluate
+from gonio.formats.rgl.file import evaluate
 from places import FILES as SHARED_FILES
 from samples import pbsdf, rgl
 

@@ -17,9 +17,9 @@ from gonio.fit import cluster as clusters
 from gonio.fit.cluster import connected, fit_blocks, fit_stack
 from gonio.fit.manifest import Manifest
 from gonio.fit.stack_run import fit_block, prepare
+from places import ROOT
 
 LANES, BLOCK = 30, 3
-from places import ROOT
 
 PROGRAM = ROOT / "tests" / "tools" / "stacks.py"
 LONGEST = 120.0  # s that anything waited for may take on a loaded machine

@@ -12,9 +12,9 @@ from numpy import arctan, cos, exp, pi, sin
 
 from gonio.fit.covariance import scaled
 from gonio.fit.descent import Tangent, derivative, descend
+from places import SHARED
 
 Values = npt.NDArray[np.float64]
-from places import SHARED
 
 FOLDER = SHARED / "nist_strd"
 CERTIFIED = 11.0  # digits that are printed

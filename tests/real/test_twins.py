@@ -13,8 +13,8 @@ import xarray as xr
 from scipy.spatial import Delaunay
 
 from gonio import read
+from gonio.formats.zemax import FORMAT
 from gonio.measured.dataset import HORIZON, flatten, signed_theta_r
-from gonio.measured.formats.zemax import FORMAT
 from gonio.measured.reduction import reduce
 from places import SHARED as DATA
 

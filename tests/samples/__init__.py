@@ -1,1 +1,1 @@
-"""Small valid files, one module a format module: `samples(folder)` writes them and returns their paths."""
+"""Small valid files of every format, one module a format or family: `samples(folder)` writes them, and lists them."""

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from gonio.door.tensor_file import write_fields
+from gonio.formats.rgl.file import FORMAT
 from gonio.measured.dataset import make_scan
-from gonio.measured.formats.rgl import FORMAT
 
 
 def smooth(*shape, seed=0):

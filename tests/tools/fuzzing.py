@@ -19,10 +19,10 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]  # as pytest does
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # as pytest does
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from gonio.measured import formats as registry
+from gonio import formats as registry
 from outcomes import attempt
 from places import ROOT
 from seeds import EASY, damaged, put, seeds

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from gonio import formats as registry
 from gonio.files import FormatError
-from gonio.measured import formats as registry
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
 

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 import samples
+from gonio import formats as registry
 from gonio.files import FormatError
-from gonio.measured import formats as registry
-from gonio.measured.format import Format
 from mutations import choice, mutated
 from places import SHARED
 
@@ -33,13 +32,14 @@ class Seed:
         return sum(map(len, self.files.values()))
 
 
-def modules() -> dict[str, str]:
-    """The module of every format, by the format's name."""
-    found = {}
-    for module in pkgutil.iter_modules(registry.__path__):
-        contents = vars(importlib.import_module(f"{registry.__name__}.{module.name}")).values()
-        found |= {value.name: module.name for value in contents if isinstance(value, Format)}
-    return found
+def samples_module(name: str) -> str:
+    """The module of tests/samples that writes files of a format: the longest name with which the format's begins.
+
+    So `integra_specular` writes files of integra-specular and of integra-specular-transmission.
+    """
+    wanted = name.replace("-", "_")
+    known = [module.name for module in pkgutil.iter_modules(samples.__path__) if wanted.startswith(module.name)]
+    return max(known, key=len, default="")
 
 
 def _content(path: Path) -> Seed:
@@ -65,9 +65,8 @@ def _real_files() -> list[tuple[str, Path]]:
 @functools.lru_cache(maxsize=1)  # a format may have 35 MB of them
 def seeds(name: str) -> list[Seed]:
     """The valid files of a format: its samples, and the real ones beside the project."""
-    module = modules()[name]
-    found = []
-    if any(entry.name == module for entry in pkgutil.iter_modules(samples.__path__)):
+    found, module = [], samples_module(name)
+    if module:
         with tempfile.TemporaryDirectory() as folder:
             written = importlib.import_module(f"samples.{module}").samples(Path(folder))
             found = [_content(path) for path in written if registry.recognise(path).name == name]
@@ -78,7 +77,8 @@ def seeds(name: str) -> list[Seed]:
     found += [_content(path) for path in real]
     if not found:
         raise LookupError(
-            f"no file to damage: write tests/samples/{module}.py, whose samples(folder) writes {name} files"
+            f"no file to damage: write tests/samples/{name.replace('-', '_')}.py, "
+            f"whose samples(folder) writes {name} files"
         )
     return found
 

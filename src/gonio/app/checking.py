@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from gonio.app import present
 from gonio.fit import Solution
+from gonio.formats import read
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.measured.formats import read
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity

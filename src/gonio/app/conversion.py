@@ -11,8 +11,8 @@ from gonio.app.terminal import app
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gonio.measured.difference import Difference
-    from gonio.measured.resample import Filling
+    from gonio.resampling.difference import Difference
+    from gonio.resampling.resample import Filling
 
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
 Impose = Annotated[str, typer.Option("--impose", metavar="A,B", help="reciprocity, bilateral: means over images")]
@@ -55,7 +55,7 @@ def convert_file(
     """Write a file in another format; the error that this cost is printed and kept in the history."""
     from gonio.app import present
     from gonio.app.options import read_scan
-    from gonio.measured.conversion import convert, in_words
+    from gonio.resampling.conversion import convert, in_words
 
     data = read_scan(scan, blocked, floor, select, findings=False)
     steps: dict[str, Any] = {"impose": _listed(impose), "filling": _filling(fill, data, weighting)}
@@ -94,8 +94,8 @@ def reduce_files(
     """Raw sheets of one sample into a BRDF: blank subtracted, repeats and mirror images averaged, with uncertainty."""
     from gonio import read
     from gonio.app import present
-    from gonio.measured.conversion import convert, in_words
     from gonio.measured.reduction import Shadow, reduce
+    from gonio.resampling.conversion import convert, in_words
 
     found = reduce(
         [read(path) for path in scans],
@@ -125,7 +125,7 @@ def compare_files(
     """The difference of two files at the directions of the second: a table, and a figure with --out."""
     from gonio.app import arguments, differences, present
     from gonio.app.options import read_scan
-    from gonio.measured.difference import difference
+    from gonio.resampling.difference import difference
 
     first, second = (read_scan(path, 0.0, "", select, findings=False) for path in (a, b))
     found = difference(first, second)
@@ -147,9 +147,9 @@ def compare_files(
 def _onto(data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":
     """The data at the directions of another file, the error of that in the history."""
     from gonio import read, resample
-    from gonio.measured.conversion import in_words
     from gonio.measured.dataset import add_history, directions
-    from gonio.measured.difference import difference
+    from gonio.resampling.conversion import in_words
+    from gonio.resampling.difference import difference
 
     found = resample(data, directions(read(path)), **steps)
     return add_history(found, f"at the directions of {path.name}: {in_words(difference(found, data))}")
@@ -161,7 +161,7 @@ def _listed(text: str) -> tuple[str, ...]:
 
 def _filling(text: str, data: "xr.Dataset", weighting: str) -> "Filling | None":
     """What may stand in gaps: `symmetry` or the name of one, and a model, which is fitted to the data first."""
-    from gonio.measured.resample import SYMMETRIES, Filling
+    from gonio.resampling.resample import SYMMETRIES, Filling
 
     named = _listed(text)
     if not named:

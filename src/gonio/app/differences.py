@@ -8,7 +8,7 @@ import numpy as np
 from gonio.app import present
 from gonio.compare import METRICS, metrics
 from gonio.measured import dataset
-from gonio.measured.difference import STEEP, Difference
+from gonio.resampling.difference import STEEP, Difference
 from gonio.units import label
 
 if TYPE_CHECKING:

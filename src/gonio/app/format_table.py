@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from gonio.app import present
-from gonio.measured.format import Format
-from gonio.measured.formats import formats
+from gonio.formats import formats
+from gonio.formats.format import Format
 
 if TYPE_CHECKING:
     from rich.table import Table

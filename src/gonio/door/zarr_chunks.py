@@ -16,6 +16,7 @@ from gonio.door.text import MOST_VALUES, clip
 from gonio.files import FormatError
 
 METADATA = "zarr.json"
+NAMES = "names"  # attribute of an array of indexes: the texts that they stand for
 LONGEST_METADATA = 4_194_304  # bytes
 MOST_BYTES_OF_CHUNK = 67_108_864
 _KINDS = ("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64")

@@ -33,6 +33,8 @@ class System:
 
 ZERO = np.zeros(())
 SNAP = 1e-9  # deg
+SAME = 1e-6  # deg; angles nearer than this are the same
+WIDEST_AZIMUTH = 45.0  # deg; azimuths further apart are no neighbours
 
 
 def _unit(theta: Array, phi: Array) -> Array:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gonio.door.zarr_chunks import NAMES
 from gonio.measured.dataset import DIRECTIONS, SETS
-from gonio.measured.formats.zarr_store import NAMES
 
 METADATA = ("zarr.json", ".zgroup", ".zattrs", ".zmetadata", ".zarray")
 

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gonio.measured import dataset
-from gonio.measured.difference import Difference
 from gonio.plot.panels import Curve, panel_curves
 from gonio.plot.style import (
     BRDF_LABELS,
@@ -19,6 +18,7 @@ from gonio.plot.style import (
     new_figure,
     shared_legend,
 )
+from gonio.resampling.difference import Difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

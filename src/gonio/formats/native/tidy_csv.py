@@ -1,0 +1,259 @@
+"""Tidy columns: one geometry a row, a unit in every column's name, `#` lines first.
+
+    # material: aluminium
+    theta_i_deg,theta_r_deg,wavelength_nm,brdf_sr-1,uncertainty_sr-1
+    30,-80,633,0.0241,0.0003
+
+theta_r is signed (positive forward) unless there is a column phi_deg. `brdf_a.u.` marks relative data. `std_` is read
+as `uncertainty_`. Any other column is kept beside the ones that gonio knows.
+"""
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from gonio.door.text import clip, lines
+from gonio.files import FormatError
+from gonio.formats.format import Format, Holds
+from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
+from gonio.units import CF_STRINGS, UNITS
+
+MOST_BAD_ROWS = 1_000  # after so many the file is no scan
+MOST_MASK = 127  # fits one byte
+QUANTITIES = {
+    "theta_i": ("angle",),
+    "theta_r": ("angle",),
+    "phi": ("angle",),
+    "phi_i": ("angle",),
+    "wavelength": ("length",),
+    "brdf": ("brdf", "relative"),
+    "uncertainty": ("brdf", "relative"),
+    "uncertainty_systematic": ("brdf", "relative"),
+}
+UNITLESS = ("channel", "scan", "mode", "side", "polarisation", "mask")
+REQUIRED = ("theta_i", "theta_r", "brdf")
+_EXAMPLE = "theta_i_deg,theta_r_deg,brdf_sr-1"
+_HISTORY = "history: "
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the header: the quantity that it holds and its unit (empty for a name, a flag or a stranger)."""
+
+    name: str
+    unit: str
+
+    @property
+    def scale(self) -> float:
+        return UNITS[self.unit].size if self.unit else 1.0
+
+    @property
+    def cf_unit(self) -> str:
+        return CF_STRINGS[UNITS[self.unit].quantity] if self.unit else "1"
+
+    @property
+    def is_number(self) -> bool:
+        return self.name in QUANTITIES or self.name == "mask"
+
+
+def _read(path: Path) -> xr.Dataset:
+    source = lines(path)
+    comments, header_line, header = _header(path, source)
+    columns = _columns(path, header_line, header)
+    cells, rows = _rows(path, header_line, source, columns)
+    return _dataset(path, comments, columns, cells, rows)
+
+
+def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
+    comments, last = [], 1
+    for number, line in source:
+        last = number if line else last
+        if line.startswith("#"):
+            comments.append(line[1:].removeprefix(" "))
+        elif line.strip():
+            return comments, number, [cell.strip() for cell in next(csv.reader([line]))]
+    what = f"holds no header: the first line after the # lines must be like {_EXAMPLE}"
+    raise FormatError(path, what, f"line {last}")
+
+
+def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
+    where = f"line {line}"
+    columns = [_column(path, where, cell) for cell in header]
+    names = [column.name for column in columns]
+    if missing := [name for name in REQUIRED if name not in names]:
+        what = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
+        semicolons = "; separate columns by commas, not semicolons" if ";" in "".join(header) else ""
+        raise FormatError(path, f"{what}: name the columns like {_EXAMPLE}{semicolons}", where)
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise FormatError(path, f"the column {clip(twice[0])} is there twice: keep one", where)
+    relative = {c.name for c in columns if c.unit == "a.u."}
+    absolute = {c.name for c in columns if c.unit == "sr-1"} & {"brdf", "uncertainty", "uncertainty_systematic"}
+    if relative and absolute:
+        raise FormatError(path, f"{min(relative)} is in a.u. and {min(absolute)} in sr-1: one unit for both", where)
+    return columns
+
+
+def _column(path: Path, where: str, cell: str) -> Column:
+    if cell in UNITLESS:
+        return Column(cell, "")
+    name, _, unit = cell.rpartition("_")
+    name = name.replace("std", "uncertainty") if name == "std" else name
+    if name in QUANTITIES:
+        known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
+        if unit not in known:
+            raise FormatError(
+                path,
+                f"column {clip(cell)!r} has the unit {clip(unit)!r}: {name} needs one of {', '.join(known)}",
+                where,
+            )
+        return Column(name, unit)
+    if cell in QUANTITIES or cell == "std":
+        wanted = QUANTITIES["uncertainty" if cell == "std" else cell]
+        known = [f"{cell}_{u}" for u, entry in UNITS.items() if entry.quantity in wanted]
+        raise FormatError(path, f"column {cell!r} names no unit: write {' or '.join(known)}", where)
+    return Column(name, unit) if unit in UNITS and name else Column(cell, "")
+
+
+def _rows(
+    path: Path, header_line: int, source: Iterator[tuple[int, str]], columns: list[Column]
+) -> tuple[list[list[float | str]], list[int]]:
+    """The cells by column and the line of each row; every bad row is listed in one FormatError."""
+    cells: list[list[float | str]] = [[] for _ in columns]
+    rows: list[int] = []
+    bad: list[tuple[int, str]] = []
+    signed = all(column.name != "phi" for column in columns)
+    for number, line in source:
+        if not line.strip() or line.startswith("#"):
+            continue
+        values, problem = _cells(next(csv.reader([line])), columns, signed)
+        if problem:
+            bad.append((number, problem))
+            if len(bad) == MOST_BAD_ROWS:
+                break
+            continue
+        rows.append(number)
+        for store, value in zip(cells, values, strict=True):
+            store.append(value)
+    if bad:
+        raise FormatError(path, _listed(bad) + "; mend or delete these rows", f"line {bad[0][0]}")
+    if not rows:
+        raise FormatError(path, "holds a header and no rows", f"line {header_line}")
+    return cells, rows
+
+
+def _cells(row: list[str], columns: list[Column], signed: bool) -> tuple[list[float | str], str]:
+    """One row as values, or what is wrong with it."""
+    if len(row) != len(columns):
+        return [], f"{len(row)} cells where the header has {len(columns)}"
+    values: list[float | str] = []
+    for text, column in zip(row, columns, strict=True):
+        value, problem = _cell(text.strip(), column, signed)
+        if problem:
+            return [], problem
+        values.append(value)
+    return values, ""
+
+
+def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
+    if not column.is_number:
+        return text, ""
+    try:
+        if "_" in text:  # Python's own 1_000 is no number of an instrument
+            raise ValueError
+        value = float(text) * column.scale if text else math.nan
+    except ValueError:
+        return "", f"{column.name} is {clip(text)!r}, not a number"
+    if math.isinf(value) or (math.isnan(value) and column.name in (*DIRECTIONS, "wavelength", "mask")):
+        return "", f"{column.name} is {clip(text) or 'empty'}"
+    if column.name in ("theta_i", "theta_r"):
+        lowest = -90 if column.name == "theta_r" and signed else 0
+        if not lowest <= value <= 90:
+            return "", f"{column.name} is {value:g} deg, outside {lowest} to 90"
+    if column.name == "mask" and not 0 <= value <= MOST_MASK:
+        return "", f"mask is {value:g}, outside 0 to {MOST_MASK}"
+    if column.name == "wavelength" and value <= 0:
+        return "", f"wavelength is {value:g} nm, not positive"
+    return value, ""
+
+
+def _listed(bad: list[tuple[int, str]], most: int = 5) -> str:
+    first = bad[0][1]
+    rest = "".join(f"; line {number}: {what}" for number, what in bad[1:most])
+    more = f"; and {len(bad) - most} more bad rows" if len(bad) > most else ""
+    return first + rest + (" at least" + more if len(bad) == MOST_BAD_ROWS else more)
+
+
+def _dataset(
+    path: Path, comments: list[str], columns: list[Column], cells: list[list[float | str]], rows: list[int]
+) -> xr.Dataset:
+    by_name = {column.name: np.array(values) for column, values in zip(columns, cells, strict=True)}
+    units = {column.name: column.cf_unit for column in columns}
+    if not np.any(np.nan_to_num(by_name["brdf"])):
+        raise FormatError(
+            path, "every brdf value is zero: the detector saw nothing, or the column is wrong", f"line {rows[0]}"
+        )
+    known = {*DIRECTIONS, "brdf", "uncertainty", *SETS}
+    variables = {name: (_numbers_if_all(v), units[name]) for name, v in by_name.items() if name not in known}
+    if "mask" in variables:
+        variables["mask"] = (by_name["mask"].astype(np.int8), "1")
+    return make_scan(
+        by_name["theta_i"],
+        by_name["theta_r"],
+        by_name["brdf"],
+        by_name.get("phi"),
+        phi_i=by_name.get("phi_i"),
+        uncertainty=by_name.get("uncertainty"),
+        unit=units["brdf"],
+        coordinates={name: by_name[name] for name in SETS if name in by_name},
+        variables=variables | {"line": (np.array(rows), "1")},
+        provenance="\n".join(c for c in comments if not c.startswith(_HISTORY)),
+        history="\n".join(c.removeprefix(_HISTORY) for c in comments if c.startswith(_HISTORY)),
+    )
+
+
+def _numbers_if_all(values: np.ndarray) -> np.ndarray:
+    try:
+        return values.astype(float)
+    except ValueError:
+        return values
+
+
+def _write(scan: xr.Dataset, path: Path) -> None:
+    flat = flatten(scan)
+    names = [n for n in (*DIRECTIONS, *SETS, "brdf", "uncertainty") if n in flat.variables]
+    columns = {name: flat[name].values for name in names}
+    if is_in_plane(flat).all():
+        columns["theta_r"] = signed_theta_r(flat)
+        del columns["phi"]
+    columns |= {str(name): v.values for name, v in flat.data_vars.items() if name not in (*names, "line")}
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for line in flat.attrs.get("provenance", "").splitlines():
+            file.write(f"# {line}\n")
+        for line in flat.attrs.get("history", "").splitlines():
+            file.write(f"# {_HISTORY}{line}\n")
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([_heading(name, flat[name].attrs.get("units", "1")) for name in columns])
+        writer.writerows(zip(*(v.tolist() for v in columns.values()), strict=True))
+
+
+def _heading(name: str, cf_unit: str) -> str:
+    quantity = next((q for q, text in CF_STRINGS.items() if text == cf_unit), None)
+    suffix = next((u for u, entry in UNITS.items() if entry.quantity == quantity and entry.size == 1.0), None)
+    return f"{name}_{suffix}" if suffix and name not in UNITLESS else name
+
+
+FORMAT = Format(
+    name="tidy-csv",
+    title="tidy CSV",
+    suffix=".csv",
+    recognises=lambda head: True,  # no signature: asked last, and its errors say what is missing
+    read=_read,
+    write=_write,
+    holds=Holds(anisotropic=True, transmission=True, relative=True, gaps=True, sets=SETS, variables=("*",)),
+    rank=100,
+)

@@ -1,0 +1,178 @@
+"""gonio's own Dataset as a Zarr store: a directory, of which big arrays are read only as far as they are used.
+
+Texts (channels, scans) are stored as numbers, their names beside them in the attribute `names`, since Zarr format 3 has
+no settled type for texts. Chunks are compressed by zstd and summed by CRC-32C.
+"""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gonio.door.text import clip
+from gonio.door.zarr_chunks import METADATA, NAMES, Plan, check_chunks, plans
+from gonio.files import FormatError
+from gonio.formats.format import Format, Holds
+from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
+
+RESULTS = "manifest"  # the group that a store of fitted values has
+MOST_BYTES_IN_MEMORY = 33_554_432  # a store below this is read at once
+VALUES_OF_CHUNK = 1_048_576
+_OF_XARRAY = ("_FillValue", "coordinates")
+
+
+def _recognises(head: bytes) -> bool:
+    return head.startswith(b"/") and any(f"/{n}\n".encode() in head for n in (METADATA, ".zgroup", ".zattrs"))
+
+
+def _read(path: Path) -> xr.Dataset:
+    if not (path / METADATA).exists():
+        raise FormatError(path, "is a store of Zarr format 2: save it in format 3", ".zgroup, byte 0")
+    if (path / RESULTS).is_dir():
+        what = "holds what gonio fit-stack found, and no scan: open it by xarray.open_zarr"
+        raise FormatError(path, what, f"{METADATA}, line 1")
+    arrays = plans(path)
+    for plan in arrays:
+        check_chunks(plan)
+    scan = _opened(path, sum(plan.nbytes for plan in arrays) <= MOST_BYTES_IN_MEMORY)
+    _check(path, scan, {plan.name: plan for plan in arrays})
+    return scan
+
+
+def _opened(path: Path, at_once: bool) -> xr.Dataset:
+    # What the metadata and the chunks promise has been checked; the rest is whatever damaged bytes lead Zarr to.
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = xr.open_dataset(path, engine="zarr", consolidated=False, decode_cf=False, cache=False, chunks=None)
+            scan = found.load() if at_once else found
+            for name in scan.variables:
+                scan = _tidied(scan, str(name))
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}".splitlines()[0]
+        what = f"is a damaged Zarr store ({clip(said, 120)})"
+        raise FormatError(path, what, f"{METADATA}, line 1") from error
+    return scan.set_coords([n for n in (*DIRECTIONS, *SETS) if n in scan.variables])
+
+
+def _tidied(scan: xr.Dataset, name: str) -> xr.Dataset:
+    """Without the attributes that are xarray's own, and texts for their indexes."""
+    variable = scan[name].variable
+    attrs = {k: v for k, v in variable.attrs.items() if k not in (*_OF_XARRAY, NAMES)}
+    texts = variable.attrs.get(NAMES)
+    variable.attrs = attrs
+    if texts is None:
+        return scan
+    index = variable.values
+    if not isinstance(texts, list) or any(not isinstance(t, str) for t in texts) or index.dtype.kind not in "iu":
+        raise ValueError(f"the names of {name} are no texts")
+    if index.size and not 0 <= index.min() <= index.max() < len(texts):
+        raise ValueError(f"{name} has no name for {index.max()}")
+    return scan.assign({name: (variable.dims, np.array(texts, dtype=str)[index], attrs)})
+
+
+def _check(path: Path, scan: xr.Dataset, arrays: dict[str, Plan]) -> None:
+    """What a scan must be; big arrays are looked at piece by piece."""
+    if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
+        what = f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
+        raise FormatError(path, what, f"{METADATA}, line 1")
+
+    def expect(name: str, holds: bool, what: str) -> None:
+        if not holds:
+            raise FormatError(path, what, f"{name}/{METADATA}, line 1")
+
+    for name in ("brdf", *(n for n in ("uncertainty", *DIRECTIONS, "wavelength") if n in scan.variables)):
+        variable = scan[name]
+        expect(name, variable.dtype.kind in "fiu", f"{name} is no array of numbers")
+        expect(name, set(variable.dims) <= set(scan["brdf"].dims), f"{name} has dimensions that brdf has not")
+    expect("brdf", scan["brdf"].attrs.get("units") in (ABSOLUTE, RELATIVE), "brdf has no unit sr-1 or a.u.")
+    for name in DIRECTIONS:
+        if name in scan.variables:
+            most = 180.0 if "direction" not in scan["brdf"].dims else HORIZON
+            _range(path, scan, name, (0.0, most) if name.startswith("theta") else (-np.inf, np.inf))
+    if "wavelength" in scan.variables:
+        wavelength = scan["wavelength"].values
+        good = bool((np.isfinite(wavelength) & (wavelength > 0)).all())
+        expect("wavelength", good, "a wavelength is not finite and positive")
+    seen = _finite(path, scan)
+    expect("brdf", seen, "every brdf value is zero or missing")
+    del arrays
+
+
+def _pieces(variable: xr.DataArray) -> Any:
+    """The values along the first dimension, so many at a time as a chunk holds."""
+    if not variable.ndim:
+        yield variable.values
+        return
+    rows = max(1, VALUES_OF_CHUNK // max(1, variable.size // max(1, variable.shape[0])))
+    for start in range(0, variable.shape[0], rows):
+        yield variable[start : start + rows].values
+
+
+def _range(path: Path, scan: xr.Dataset, name: str, limits: tuple[float, float]) -> None:
+    for piece in _pieces(scan[name]):
+        inside = np.isfinite(piece) & (piece >= limits[0]) & (piece <= limits[1])
+        if not inside.all():
+            bad = piece[~inside].flat[0]
+            raise FormatError(path, f"{name} holds {bad:g}, which is no such angle [deg]", f"{name}/c, byte 0")
+
+
+def _finite(path: Path, scan: xr.Dataset) -> bool:
+    """Whether any value is other than zero; FormatError for an infinite one."""
+    seen = False
+    for piece in _pieces(scan["brdf"]):
+        if np.isinf(piece).any():
+            raise FormatError(path, "brdf holds an infinite value", "brdf/c, byte 0")
+        seen = seen or bool(np.any(np.nan_to_num(piece)))
+    return seen
+
+
+def _write(scan: xr.Dataset, path: Path) -> None:
+    """A directory in place of the temporary file; the store takes the scan's own dimensions, dense or flat."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    kept = scan.drop_vars("line", errors="ignore").drop_encoding()
+    for name in [str(n) for n in kept.variables]:
+        kept = _without_texts(kept, name)
+    packed = [ZstdCodec(level=3), Crc32cCodec()]
+    encoding = {n: {"chunks": _chunks(v.shape), "compressors": packed} for n, v in kept.variables.items()}
+    path.unlink(missing_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # consolidated metadata are not yet in the specification, and are harmless
+        kept.to_zarr(path, mode="w", zarr_format=3, consolidated=True, encoding=encoding, write_empty_chunks=True)
+
+
+def _without_texts(scan: xr.Dataset, name: str) -> xr.Dataset:
+    """Indexes for texts, and xarray's mark of a missing value for floats left out."""
+    variable = scan[name]
+    if variable.dtype.kind not in "USO":
+        scan[name].encoding["_FillValue"] = None
+        return scan
+    names, index = np.unique(variable.values.astype(str), return_inverse=True)
+    indexes = index.reshape(variable.shape).astype(np.int32)
+    attrs = variable.attrs | {NAMES: names.tolist()}
+    if name in scan.dims:
+        scan = scan.drop_vars(name)
+    return scan.assign({name: (variable.dims, indexes, attrs)})
+
+
+def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Whole trailing axes, the leading ones cut so that a chunk holds about a million values."""
+    room, chunks = VALUES_OF_CHUNK, []
+    for n in reversed(shape):
+        chunks.append(max(1, min(n, room)))
+        room //= chunks[-1]
+    return tuple(reversed(chunks))
+
+
+FORMAT = Format(
+    name="zarr",
+    title="gonio Zarr",
+    suffix=".zarr",
+    recognises=_recognises,
+    read=_read,
+    write=_write,
+    holds=Holds(anisotropic=True, transmission=True, relative=True, gaps=True, sets=SETS, variables=("*",)),
+)

@@ -1,0 +1,280 @@
+"""Radiance and WINDOW XML: matrices over Klems patches, and tensor trees.
+
+A matrix has a column for each incident patch and a row for each outgoing one (Rows: the other way round). The format's
+own interpolation is none: a patch or cell holds one value, which `evaluate` gives for every direction in it.
+
+Sides are named as in the file: `Reflection Front` is the front. Radiance's programs call that side the back, since
+their z axis points to it. Here z is the normal of the front, so directions are Radiance's, turned by half a turn about
+x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for either
+side, azimuths being counted about the front's normal.
+"""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.door.elements import Element, parse
+from gonio.door.text import MOST_VALUES, clip
+from gonio.formats.format import Format, Holds
+from gonio.formats.radiance import blocks as window_blocks
+from gonio.formats.radiance import klems, tensor_tree
+from gonio.formats.radiance.klems import Basis
+from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
+
+LONGEST_NUMBER = 100  # characters with the white space around it
+NAME = "radiance"
+LEVEL = "level"  # variable of a tree: how often the square was halved
+_RANKS = {"tensortree3": 3, "tensortree4": 4}
+_INCIDENT, _OUTGOING = "incident_basis", "outgoing_basis"
+Array = npt.NDArray[np.float64]
+
+
+def _read(path: Path) -> xr.Dataset:
+    root, remarks = parse(path)
+    if root.tag != "WindowElement":
+        raise root.wrong(f"the root element is {clip(root.tag)}, not WindowElement")
+    optical = root.child("Optical")
+    layer = optical.child("Layer")
+    definition = layer.child("DataDefinition")
+    structure = definition.word("IncidentDataStructure")
+    blocks, left_out = window_blocks.blocks(layer)
+    if len(optical.all("Layer")) > 1:
+        left_out = [*left_out, "left out the layers after the first"]
+    if structure.lower() in ("columns", "rows"):
+        scan = _matrices(definition, blocks, structure.lower() == "rows")
+    elif structure.lower() in _RANKS:
+        scan = _trees(blocks, _RANKS[structure.lower()])
+    else:
+        what = f"IncidentDataStructure is {clip(structure)!r}, not Columns, Rows, TensorTree3 or TensorTree4"
+        raise definition.child("IncidentDataStructure").wrong(what)
+    if not np.any(np.nan_to_num(scan["brdf"].values)):
+        raise blocks[0].data.wrong("every brdf value is zero: the layer scatters nothing, or the data are wrong")
+    scan.attrs["provenance"] = "\n".join([*remarks, *window_blocks.about(layer)])
+    for line in left_out:
+        scan = add_history(scan, line)
+    return scan
+
+
+def _in_order(values: Iterable[str | float]) -> list[str | float]:
+    return list(dict.fromkeys(values))
+
+
+def _matrices(definition: Element, blocks: list[window_blocks.Block], by_rows: bool) -> xr.Dataset:
+    """The Dataset (channel or wavelength, mode, side, incident, outgoing) of the matrices."""
+    bases, remarks = window_blocks.bases(definition)
+    incident = window_blocks.basis(blocks[0].element, "ColumnAngleBasis", bases)
+    outgoing = window_blocks.basis(blocks[0].element, "RowAngleBasis", bases)
+    axes = [_in_order(v) for v in zip(*((b.mode, b.side, b.wavelength) for b in blocks), strict=True)]
+    shape = (*map(len, axes), incident.size, outgoing.size)
+    if math.prod(shape) > MOST_VALUES:
+        raise blocks[0].element.wrong(f"the matrices together would hold more than {MOST_VALUES} values")
+    values = np.full(shape, np.nan)
+    for b in blocks:
+        both = (
+            window_blocks.basis(b.element, "ColumnAngleBasis", bases),
+            window_blocks.basis(b.element, "RowAngleBasis", bases),
+        )
+        if both != (incident, outgoing):
+            raise b.element.wrong("the angle bases differ from those of the first block")
+        if len(b.data.text) > LONGEST_NUMBER * incident.size * outgoing.size + LONGEST_NUMBER:
+            raise b.data.wrong(f"ScatteringData is longer than {outgoing.size} x {incident.size} values need")
+        found = tensor_tree.numbers(b.data, b.data.text)
+        if found.size != incident.size * outgoing.size:
+            what = f"ScatteringData holds {found.size} values, not {outgoing.size} x {incident.size}"
+            raise b.data.wrong(f"{what}; are there decimal commas?" if found.size else what)
+        square = found.reshape((incident.size, -1) if by_rows else (outgoing.size, -1))
+        at = tuple(axis.index(name) for axis, name in zip(axes, (b.mode, b.side, b.wavelength), strict=True))
+        values[at] = square if by_rows else square.T
+    scan = patches(incident, outgoing).assign_coords(_sets(*axes))
+    dims = ("mode", "side", _spectral(axes[2]), "incident", "outgoing")
+    scan = scan.assign(brdf=(dims, values, {"units": ABSOLUTE}))
+    missing = math.prod(map(len, axes)) - len(blocks)
+    for line in (*remarks, *([f"{missing} of the modes, sides and wavelengths have no data"] if missing else [])):
+        scan = add_history(scan, line)
+    return scan
+
+
+def _spectral(names: list[str | float]) -> str:
+    return "wavelength" if isinstance(names[0], float) else "channel"
+
+
+def _sets(modes: list, sides: list, wavelengths: list) -> dict:
+    spectral = _spectral(wavelengths)
+    attrs = {"units": "nm"} if spectral == "wavelength" else {}
+    return {"mode": ("mode", modes), "side": ("side", sides), spectral: (spectral, wavelengths, attrs)}
+
+
+def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
+    """The centres of the patches as coordinates theta_i, phi_i (incident), theta_r (outgoing) and phi (both) [deg]."""
+    theta_i, column = incident.centres()
+    theta_r, row = outgoing.centres()
+    phi_i = (180.0 - column) % 360.0
+    phi = (-row - phi_i[:, None]) % 360.0
+    degree = {"units": "degree"}
+    coords = {
+        "theta_i": ("incident", theta_i, degree),
+        "phi_i": ("incident", phi_i, degree),
+        "theta_r": ("outgoing", theta_r, degree),
+        "phi": (("incident", "outgoing"), phi, degree),
+    }
+    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: NAME}
+    return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
+
+
+def _trees(blocks: list[window_blocks.Block], rank: int) -> xr.Dataset:
+    """The flat Dataset of the cells' centres, with the level of each cell."""
+    found, total = [], 0
+    for b in blocks:
+        basis = b.element.word("AngleBasis")
+        if basis.lower() != "lbnl/shirley-chiu":
+            raise b.element.child("AngleBasis").wrong(f"AngleBasis is {clip(basis)!r}, not LBNL/Shirley-Chiu")
+        found.append(tensor_tree.leaves(b.data, rank))
+        total += len(found[-1][0])
+        if total > MOST_VALUES:
+            raise b.data.wrong(f"the trees together hold more than {MOST_VALUES} values")
+    level, cell, values = (np.concatenate(v) for v in zip(*found, strict=True))
+    counts = [len(leaves[0]) for leaves in found]
+    names: dict[str, list] = {"mode": [b.mode for b in blocks], "side": [b.side for b in blocks]}
+    names |= {_spectral([b.wavelength for b in blocks]): [b.wavelength for b in blocks]}
+    theta_i, column, theta_r, row = tensor_tree.centres(level, cell)
+    phi_i = (180.0 - column) % 360.0
+    scan = make_scan(
+        theta_i,
+        theta_r,
+        values,
+        (-row - phi_i) % 360.0,
+        phi_i=phi_i if rank == 4 else None,
+        coordinates={name: np.repeat(v, counts) for name, v in names.items()},
+        variables={LEVEL: (level.astype(np.int8), "1")},
+    )
+    scan.attrs |= {PARAMETERISATION: NAME, "symmetry": "anisotropic" if rank == 4 else "isotropic"}
+    return scan
+
+
+def evaluate(
+    scan: xr.Dataset, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike, phi_i: npt.ArrayLike = 0.0
+) -> Array:
+    """The values (sets.., n) of the patches or cells that hold n directions [deg], NaN where none does.
+
+    Sets are the dimensions of a matrix before `incident`; of trees the coordinates of SETS that the scan has, in that
+    order and sorted. Raises ValueError where the scan is neither.
+    """
+    given = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
+    t_i, t_r, azimuth, turn = np.broadcast_arrays(*given)
+    column, row = 180.0 - turn, -(turn + azimuth)
+    if "incident" in scan.dims:
+        incident, outgoing = _bases_of(scan)
+        i, o = incident.index(t_i, column), outgoing.index(t_r, row)
+        values = scan["brdf"].transpose(..., "incident", "outgoing").values[..., i, o]
+        return np.where((i >= 0) & (o >= 0), values, np.nan)
+    if LEVEL in scan:
+        return _evaluate_trees(scan, (t_i, column, t_r, row))
+    raise ValueError("the scan is no Klems matrix and no tensor tree")
+
+
+def _evaluate_trees(scan: xr.Dataset, directions: tuple[Array, Array, Array, Array]) -> Array:
+    names = [n for n in SETS if n in scan.coords]
+    axes, places = zip(*(np.unique(scan[n].values, return_inverse=True) for n in names), strict=True)
+    shape = tuple(len(axis) for axis in axes)
+    of_set = np.ravel_multi_index(places, shape)
+    level, values = scan[LEVEL].values.astype(np.int64), scan["brdf"].values
+    phi_i = scan["phi_i"].values if "phi_i" in scan.coords else np.zeros(len(level))
+    theta_i, theta_r, phi = (scan[n].values for n in ("theta_i", "theta_r", "phi"))
+    rank = 4 if "phi_i" in scan.coords else 3
+    cell = tensor_tree.cell_of(level, rank, theta_i, 180.0 - phi_i, theta_r, -(phi_i + phi))
+    found = np.full((math.prod(shape), *directions[0].shape), np.nan)
+    for n in np.unique(of_set):
+        own = of_set == n
+        found[n] = tensor_tree.look_up(level[own], cell[own], values[own], directions)
+    return found.reshape(*shape, *directions[0].shape)
+
+
+def _bases_of(scan: xr.Dataset) -> tuple[Basis, Basis]:
+    """The bases whose patches the scan's directions are; ValueError where they are none."""
+    if not {"incident", "outgoing"} <= set(scan.dims):
+        raise ValueError("the scan has no dimensions incident and outgoing: convert it to Radiance XML")
+    try:
+        stated = [klems.from_text(scan.attrs[name]) for name in (_INCIDENT, _OUTGOING)]
+    except (KeyError, ValueError):
+        stated = []
+    pairs = [(stated[0], stated[1])] if stated else [(b, b) for b in klems.BASES]
+    for incident, outgoing in pairs:
+        own = patches(incident, outgoing)
+        if all(own[n].shape == scan[n].shape and np.allclose(own[n], scan[n]) for n in own.coords if n in scan.coords):
+            return incident, outgoing
+    raise ValueError("the scan's directions are those of no Klems basis: convert it to Radiance XML")
+
+
+def _recognises(head: bytes) -> bool:
+    return b"WindowElement" in head.replace(b"\0", b"") and b"<" in head
+
+
+def _layout(scan: xr.Dataset) -> xr.Dataset:
+    """The centres of the Klems Full patches, or the patches that the scan is on already."""
+    try:
+        return patches(*_bases_of(scan))
+    except ValueError:
+        return patches(klems.FULL, klems.FULL)
+
+
+def _write(scan: xr.Dataset, path: Path) -> None:
+    """A matrix of what the scan has for each patch: the value at its centre, where `layout` laid the scan out."""
+    from gonio.formats.radiance import xml as window_xml
+
+    bases = _bases_of(scan)
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        window_xml.write(file, scan.attrs, bases, _written_blocks(scan))
+
+
+def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Array]]]]:
+    """Wavelength, its unit, and the directions and matrices [outgoing, incident] of each; ValueError for a gap."""
+    spectral = next((n for n in ("wavelength", "channel") if n in scan.coords), None)
+    names = [n for n in SETS if n in scan["brdf"].dims]
+    if other := [n for n in names if n not in ("mode", "side", spectral)]:
+        raise ValueError(f"Radiance XML does not tell several {' or '.join(other)} apart: select one")
+    found: dict[tuple[str, str], list[tuple[str, Array]]] = {}
+    spectra: list[str | float] = np.atleast_1d(scan[spectral].values).tolist() if spectral else ["Visible"]
+    for at in np.ndindex(*(scan.sizes[n] for n in names)):
+        one = scan.isel(dict(zip(names, at, strict=True)))
+        matrix = one["brdf"].transpose("outgoing", "incident").values
+        if np.isnan(matrix).all():
+            continue
+        if not np.isfinite(matrix).all():
+            raise ValueError("a patch has no value, and Radiance XML has no sign for a gap: fill it first")
+        mode, side = (
+            str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front"))
+        )
+        if mode not in window_blocks.MODES or side not in window_blocks.SIDES:
+            raise ValueError(
+                f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back"
+            )
+        own = one[spectral].values.item() if spectral else "Visible"
+        found.setdefault(_wavelength_text(own, spectra), []).append((f"{mode.title()} {side.title()}", matrix))
+    if not found:
+        raise ValueError("there is no value to write")
+    return [(text, unit, matrices) for (text, unit), matrices in found.items()]
+
+
+def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
+    if not isinstance(own, str):
+        return f"{own!r}", "nm"
+    if own == "Y" and {"X", "Z"} <= set(spectra):
+        return "Visible", "Integral"
+    return next((text for text, name in window_blocks.CHANNELS.items() if name == own), own), "Integral"
+
+
+FORMAT = Format(
+    name=NAME,
+    title="Radiance XML",
+    suffix=".xml",
+    recognises=_recognises,
+    read=_read,
+    write=_write,
+    layout=_layout,
+    evaluate=evaluate,
+    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength")),
+)

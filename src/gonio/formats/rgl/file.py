@@ -1,0 +1,180 @@
+"""RGL's measured BRDF files (dupuy2018): values on directions warped by the visible normals, in a tensor_file.
+
+`evaluate` interpolates as the files are meant to be read (adaptive.py); adaptive_layout.py says where a scan of any
+other form is put. What lies below the horizon continues the last value above it, so that interpolation is straight up
+to the horizon. In RGL's own files f cos(theta_r) does not vanish at the horizon, so that f grows beyond 87 deg or so.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.door.tensor_file import MAGIC, Fields, write_fields
+from gonio.door.text import clip
+from gonio.formats.format import Format, Holds
+from gonio.formats.rgl.layout import layout
+from gonio.formats.rgl.scan import BELOW, DIMENSIONS, GRAZING, NAME, as_scan, evaluate, surface_of, with_values
+from gonio.measured.dataset import add_history
+
+MOST_SLICES = 4096  # incidences of light
+INTEGERS = {"jacobian": "u1", "valid": "u1", "version": "<u4"}
+GREY = "grey"  # a field of gonio's own: the three channels are one set of values
+
+
+def _recognises(head: bytes) -> bool:
+    return head.startswith(MAGIC) and b"vndf" in head
+
+
+def _read(path: Path) -> xr.Dataset:
+    fields = Fields(path)
+    stored, sets = _stored(fields)
+    tensors = _tensors(fields, stored)
+    along = {} if GREY in fields.arrays else sets
+    spectra = np.moveaxis(stored, 2, 0) if along else stored[:, :, 0]
+    scan = as_scan(tensors | {"spectra": spectra}, along)
+    if grazing := int((scan["theta_r"] == BELOW).sum()):
+        scan = add_history(
+            scan, f"{grazing} nodes beyond {GRAZING} deg count as below the horizon: f cos tells no f there"
+        )
+    if "description" in fields.arrays and (size := fields.get("description", "u1", 1, least=0).size):
+        fields.bytes.at = fields.starts["description"]
+        scan.attrs["provenance"] = fields.bytes.text(size, "description")
+    known = {*DIMENSIONS, "spectra", "rgb", "wavelengths", "description", GREY}
+    if strangers := [name for name in fields.arrays if name not in known]:
+        scan = add_history(
+            scan, f"left out fields that gonio does not know: {clip(', '.join(map(ascii, strangers)), 200)}"
+        )
+    return scan
+
+
+def _stored(fields: Fields) -> tuple[npt.NDArray[np.floating], dict[str, Any]]:
+    """The values (phi_i, theta_i, sets, y, x) and the coordinate of their sets."""
+    name = "spectra" if "spectra" in fields.arrays else "rgb"
+    found = fields.get(name, "<f4", 5)
+    if min(found.shape[-2:]) < 2:
+        raise fields.wrong(name, f"its shape {found.shape} is no grid: 2 samples are the least along both")
+    fields.check(name, np.isfinite(found), "not finite")
+    if not found.any():
+        raise fields.wrong(name, "every brdf value is zero: the detector saw nothing, or the file is damaged")
+    if name == "rgb":
+        if found.shape[2] != 3:
+            raise fields.wrong(name, f"it has {found.shape[2]} channels, not 3")
+        if GREY in fields.arrays and not (found == found[:, :, :1]).all():
+            raise fields.wrong(GREY, "the file is said to be grey, and its channels differ")
+        return found, {"channel": np.array(["R", "G", "B"])}
+    wavelengths = fields.get("wavelengths", "<f4", 1)
+    fields.check("wavelengths", np.isfinite(wavelengths) & (wavelengths > 0), "no wavelength")
+    fields.check("wavelengths", np.diff(wavelengths, prepend=-1) > 0, "not above the one before")
+    if found.shape[2] != len(wavelengths):
+        raise fields.wrong(name, f"it has {found.shape[2]} wavelengths, and the field wavelengths {len(wavelengths)}")
+    return found, {"wavelength": wavelengths.astype(float)}
+
+
+def _tensors(fields: Fields, stored: npt.NDArray[np.floating]) -> dict[str, Any]:
+    theta_i, phi_i = fields.get("theta_i", "<f4", 1), fields.get("phi_i", "<f4", 1)
+    fields.check("theta_i", (theta_i >= 0) & (theta_i < math.pi / 2 + 1e-6), "outside 0 to pi/2")
+    fields.check("theta_i", np.diff(theta_i, prepend=-1) > 0, "not above the one before")
+    fields.check("phi_i", np.abs(phi_i) < math.pi + 1e-6, "outside -pi to pi")
+    fields.check("phi_i", np.diff(phi_i, prepend=-4) > 0, "not above the one before")
+    slices = (len(phi_i), len(theta_i))
+    if math.prod(slices) > MOST_SLICES:
+        raise fields.wrong("theta_i", f"{math.prod(slices)} incidences are more than {MOST_SLICES}")
+    found = {"theta_i": theta_i, "phi_i": phi_i}
+    for name, dimensions in (("sigma", 2), ("ndf", 2), ("vndf", 4)):
+        found[name] = fields.get(name, "<f4", dimensions)
+        if min(found[name].shape[-2:]) < 2:
+            raise fields.wrong(name, f"its shape {found[name].shape} is no grid: 2 samples are the least along both")
+        with np.errstate(invalid="ignore"):
+            fields.check(name, np.isfinite(found[name]) & (found[name] >= 0), "not a finite positive number")
+    if "luminance" in fields.arrays:
+        found["luminance"] = fields.get("luminance", "<f4", 4)
+    for name, size in (("vndf", found["vndf"].shape[:2]), (_values_name(fields), stored.shape[:2])):
+        if size != slices:
+            raise fields.wrong(name, f"it holds {size} incidences where phi_i and theta_i have {slices}")
+    if "luminance" in found and found["luminance"].shape != (*slices, *stored.shape[-2:]):
+        raise fields.wrong("luminance", f"its shape is {found['luminance'].shape}, not {(*slices, *stored.shape[-2:])}")
+    if (empty := np.flatnonzero(~found["vndf"].any(axis=(2, 3)).ravel())).size:
+        cells = math.prod(found["vndf"].shape[2:])
+        raise fields.wrong(
+            "vndf", f"slice {empty[0]} is zero everywhere: no direction is visible", int(empty[0]) * cells
+        )
+    return found | {n: fields.get(n, kind, 1).astype(np.int32) for n, kind in INTEGERS.items() if n in fields.arrays}
+
+
+def _values_name(fields: Fields) -> str:
+    return "spectra" if "spectra" in fields.arrays else "rgb"
+
+
+def _write(scan: xr.Dataset, path: Path) -> None:
+    tensors, sets, is_own = with_values(scan)
+    if sets not in ((), ("channel",), ("wavelength",)):
+        raise ValueError(f"RGL files hold channels or wavelengths, not {' and '.join(sets)}: choose one with --select")
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, and is refused
+        stored = np.asarray(tensors["spectra"]).astype(np.float32)
+    if sets:
+        stored = np.moveaxis(stored, 0, 2)
+    else:
+        stored = np.repeat(stored[:, :, None], 1 if "wavelength" in scan.coords else 3, axis=2)
+    if not np.isfinite(stored).all():
+        raise ValueError("RGL files hold no gaps and no values beyond 3e38: fill them with --fill, or write tidy-csv")
+    if not is_own:
+        tensors["luminance"] = _luminance(tensors, stored)
+        tensors.pop("valid", None)
+    write_fields(path, _fields(scan, tensors, stored, sets))
+
+
+def _fields(scan: xr.Dataset, tensors: dict[str, Any], stored: Any, sets: tuple[str, ...]) -> dict[str, Any]:
+    """The fields of the file in the order of RGL's own."""
+    description = scan.attrs.get("provenance", "").encode()
+    values = {"rgb": stored}
+    extra: dict[str, Any] = {}
+    if "wavelength" in scan.coords:
+        wavelengths = np.atleast_1d(scan["wavelength"].values).astype(np.float32)
+        values = {"wavelengths": wavelengths, "spectra": stored}
+    elif sets:
+        channels = [str(c) for c in scan["channel"].values]
+        if channels != ["R", "G", "B"]:
+            raise ValueError(f"RGL files hold the channels R, G and B, not {', '.join(channels)}")
+    elif "channel" in scan.coords:
+        raise ValueError(f"RGL files hold R, G and B together, not {scan['channel'].item()} alone")
+    else:
+        extra = {GREY: np.ones(1, dtype=np.uint8)}
+    found = {
+        "version": tensors.get("version", np.array([1, 0])).astype("<u4"),
+        "description": np.frombuffer(description, dtype=np.uint8),
+        **{n: np.asarray(tensors[n], dtype="<f4") for n in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance")},
+        **values,
+        "jacobian": np.asarray(tensors.get("jacobian", [1])).astype(np.uint8),
+    }
+    valid = {"valid": tensors["valid"].astype(np.uint8)} if "valid" in tensors else {}
+    return found | valid | extra
+
+
+def _luminance(tensors: dict[str, Any], stored: Any) -> npt.NDArray[np.float32]:
+    """The density (phi_i, theta_i, y, x) by which renderers draw samples, nowhere zero so that they can draw any.
+
+    It changes how fast an image converges, not what it shows.
+    """
+    mean = np.maximum(stored.astype(float).mean(axis=2), 0.0)
+    if not np.ptp(tensors["vndf"]):  # the warp leaves the solid angle of a sample to this density
+        mean = mean * surface_of(tensors | {"spectra": stored[:, :, 0]}, 0).solid_angles()
+    largest = mean.max(axis=(2, 3), keepdims=True)
+    found: npt.NDArray[np.float32] = np.where(largest > 0, np.maximum(mean, 1e-3 * largest), 1.0).astype(np.float32)
+    return found
+
+
+FORMAT = Format(
+    name=NAME,
+    title="RGL tensor file",
+    suffix=".bsdf",
+    recognises=_recognises,
+    read=_read,
+    write=_write,
+    layout=layout,
+    evaluate=evaluate,
+    holds=Holds(anisotropic=True, sets=("channel", "wavelength")),
+)

@@ -1,0 +1,1 @@
+"""A scan at other directions: interpolation, comparison of two scans, and conversion into any format."""

@@ -9,8 +9,8 @@ from scipy.optimize import dual_annealing
 
 from figures import Figure, paired
 from gonio import Anneal, Problem, Projection, catalogue, read
-from gonio.fit import fit
-from gonio.fit.anneal import _Objective
+from gonio.fitting import fit
+from gonio.fitting.search.anneal import _Objective
 
 SCAN = Path(__file__).resolve().parents[2] / "shared" / "data" / "scans" / "jsss_mwir_copper.csv"
 EVALUATIONS = 20_000

@@ -21,7 +21,7 @@ from figures import Figure, keep
 from gonio import Anneal, Problem, Projection, catalogue, read
 from gonio.app.present import figure, table
 from gonio.compare import FAMILY
-from gonio.fit import fit
+from gonio.fitting import fit
 
 HERE = Path(__file__).resolve().parent
 SCANS = HERE.parent.parent / "shared" / "data" / "scans"

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from gonio import Geometry, Problem, catalogue, read, write
-from gonio.fit import fit
+from gonio.fitting import fit
 from gonio.measured.coordinates import grid
 from gonio.processes import cores
 from nist import machine

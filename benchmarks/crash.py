@@ -21,7 +21,7 @@ import psutil
 
 from dask_bench import MODEL, SCANS, THETA_I, THETA_R, command, results, write_stack
 from figures import machine
-from gonio.fit.manifest import Manifest
+from gonio.fitting.stack.manifest import Manifest
 
 RECORD = Path(__file__).resolve().parent / "crash.json"
 ROUNDS = 3

@@ -79,7 +79,7 @@ def results(out: Path) -> dict[str, bytes]:
 
 def fitted(stack: Path, folder: Path, workers: int) -> dict[str, Any]:
     """One whole command with so many workers: times [s], the fits' statuses, the largest worker [MB]."""
-    from gonio.fit.manifest import Manifest
+    from gonio.fitting.stack.manifest import Manifest
 
     out, told = folder / f"by-{workers}.zarr", folder / f"by-{workers}.json"
     shutil.rmtree(out, ignore_errors=True)

@@ -20,8 +20,8 @@ from scipy.optimize import least_squares
 
 from figures import Figure, machine
 from gonio import Anneal, Geometry, Problem, catalogue
-from gonio.fit.batch import fit_many
-from gonio.fit.solution import STATUSES
+from gonio.fitting.many.fit_many import fit_many
+from gonio.fitting.solution import STATUSES
 
 MODEL = catalogue["cauchy-lorentz"]
 THETA_I = np.repeat([20.0, 40.0, 60.0], 161)

@@ -20,11 +20,11 @@ import scipy
 from rich.progress import track
 
 from gonio import Problem, Projection, Solution, catalogue, published, simulate
-from gonio.fit import fit
-from gonio.fit.band import band
-from gonio.fit.bootstrap import KINDS, bca, bootstrap, percentile
-from gonio.fit.covariance import COVARIANCES, covariance
-from gonio.fit.profile import rises
+from gonio.fitting import fit
+from gonio.fitting.certainty.band import band
+from gonio.fitting.certainty.bootstrap import KINDS, bca, bootstrap, percentile
+from gonio.fitting.certainty.covariance import COVARIANCES, covariance
+from gonio.fitting.certainty.profile import rises
 from gonio.model import Model
 
 HERE = Path(__file__).resolve().parent

@@ -1,4 +1,4 @@
-"""One scan fitted by lmfit, from the declared start vector and within the declared bounds, against `gonio.fit.fit`.
+"""One scan fitted by lmfit, from the declared start vector and within the declared bounds, against `gonio.fitting.fit`.
 
 lmfit searches once from one start; gonio searches from many and adds covariance, so that the E of both stand beside.
 """
@@ -10,7 +10,7 @@ import numpy as np
 
 from figures import Figure, paired
 from gonio import Problem, catalogue, read
-from gonio.fit import fit
+from gonio.fitting import fit
 
 SCAN = Path(__file__).resolve().parents[2] / "shared" / "data" / "scans" / "jsss_mwir_copper.csv"
 

@@ -1,7 +1,7 @@
 """NIST's certified nonlinear-regression problems: matching digits of the local search, and of SciPy as it comes.
 
 Writes docs/solver-quality.md and prints it: `make nist`. Problems, formulas and the count of digits are those of
-tests/fit/test_nist.py, which holds the bars; here the times and the comparison are measured beside them.
+tests/fitting/search/test_nist.py, which holds the bars; here the times and the comparison are measured beside them.
 """
 
 import importlib.util
@@ -117,8 +117,8 @@ Made by `make nist` on {date.today().isoformat()}; {machine()}.
 
 The 27 nonlinear-regression problems of NIST's Statistical Reference Datasets come with certified values and standard
 deviations in 11 digits and with two starting points, far (1) and near (2). They are solved here by the local search
-that every fit of gonio uses, `gonio.fit.descent`, with the same settings for all 27, derivatives by differences, and
-nothing told about a problem but its residual. `tests/fit/test_nist.py` holds {nist.BAR:g} digits of every value on
+that every fit of gonio uses, `gonio.fitting.search.descent`, with the same settings for all 27, derivatives by
+differences, and nothing told about a problem but its residual. `tests/fitting/search/test_nist.py` holds {nist.BAR:g} digits of every value on
 all problems from start 2 and on 25 from start 1, and {nist.BAR_DEVIATION:g} digits of every standard deviation.
 
 | problems solved to {nist.BAR:g} digits, of {len(rows)} | start 1 | start 2 |

@@ -1,6 +1,6 @@
 """Spectral fits: what smoothing gains over free values, and what many values of a shape parameter cost.
 
-Writes docs/spectral-fits.md and prints it: `make spectral`. The simulated surface is that of tests/fit/test_smooth.py,
+Writes docs/spectral-fits.md and prints it: `make spectral`. The simulated surface is that of tests/fitting/objective/test_smooth.py,
 whose slope and reflectances vary smoothly over the spectrum.
 """
 
@@ -19,10 +19,10 @@ import numpy as np
 import scipy
 
 from gonio import Problem, catalogue, join, simulate
-from gonio.fit import fit
-from gonio.fit.descent import descend
-from gonio.fit.groups import slopes
-from gonio.fit.strength import resolved
+from gonio.fitting import fit
+from gonio.fitting.search.descent import descend
+from gonio.fitting.search.groups import slopes
+from gonio.fitting.search.strength import resolved
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "spectral-fits.md"

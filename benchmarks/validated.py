@@ -17,9 +17,9 @@ from rich.progress import track
 
 from gonio import Model, Problem, catalogue
 from gonio.compare import Row, metrics, rank
-from gonio.fit import fit
-from gonio.fit.hold_out import predictions
-from gonio.fit.solution import without_infinities
+from gonio.fitting import fit
+from gonio.fitting.certainty.hold_out import predictions
+from gonio.fitting.solution import without_infinities
 from gonio.processes import cores
 from surfaces import DATA, surfaces
 

@@ -5,7 +5,7 @@ import pytest
 
 from gonio import Geometry, Problem, catalogue, published, simulate
 from gonio.derived import derived
-from gonio.fit import fit
+from gonio.fitting import fit
 from gonio.measured.dataset import join
 from gonio.plausibility import bihemispherical_reflectance, hemispherical_reflectance
 

@@ -8,7 +8,7 @@ import pytest
 
 from gonio import Problem, catalogue, read, simulate
 from gonio.app.checking import check
-from gonio.fit import fit
+from gonio.fitting import fit
 from gonio.measured.dataset import make_scan
 from gonio.plausibility import energy, hemispherical_reflectance, of_scan, positivity, reciprocity
 

@@ -9,14 +9,14 @@ from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "Anneal": "gonio.fit.anneal",
+    "Anneal": "gonio.fitting.search.anneal",
     "Geometry": "gonio.geometry",
     "Instrument": "gonio.measured.instrument",
     "Model": "gonio.model",
     "Parameter": "gonio.model",
-    "Problem": "gonio.fit.problem",
-    "Projection": "gonio.fit.projection",
-    "Solution": "gonio.fit.solution",
+    "Problem": "gonio.fitting.objective.problem",
+    "Projection": "gonio.fitting.search.projection",
+    "Solution": "gonio.fitting.solution",
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
     "convert": "gonio.resampling.conversion",
@@ -52,10 +52,10 @@ __all__ = [
 
 if TYPE_CHECKING:
     from gonio.evaluation import evaluate
-    from gonio.fit.anneal import Anneal
-    from gonio.fit.problem import Problem
-    from gonio.fit.projection import Projection
-    from gonio.fit.solution import Solution
+    from gonio.fitting.objective.problem import Problem
+    from gonio.fitting.search.anneal import Anneal
+    from gonio.fitting.search.projection import Projection
+    from gonio.fitting.solution import Solution
     from gonio.formats import read, write
     from gonio.geometry import Geometry
     from gonio.measured.check import check

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fit.fitting import fit
-from gonio.fit.hold_out import predictions
-from gonio.fit.problem import Problem
-from gonio.fit.solution import Solution
-from gonio.fit.solver import Progress, Solver, silent
-from gonio.fit.strength import resolved
+from gonio.fitting.certainty.hold_out import predictions
+from gonio.fitting.fitting import fit
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.solver import Progress, Solver, silent
+from gonio.fitting.search.strength import resolved
+from gonio.fitting.solution import Solution
 from gonio.measured import dataset
 from gonio.measured.distinct import distinct
 from gonio.measured.instrument import Acceptance

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fit.band import propagate
-from gonio.fit.descent import derivative
-from gonio.fit.solution import Solution
-from gonio.fit.solver import Progress, silent
+from gonio.fitting.certainty.band import propagate
+from gonio.fitting.search.descent import derivative
+from gonio.fitting.search.solver import Progress, silent
+from gonio.fitting.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model

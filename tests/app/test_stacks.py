@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from gonio import Problem, catalogue
-from gonio.fit import fit
+from gonio.fitting import fit
 from stacks import put, write_stack
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -26,8 +26,8 @@ def stack(tmp_path):
 @pytest.fixture
 def here(monkeypatch):
     """Blocks are fitted in this process, and no cluster is started."""
-    from gonio.fit import cluster as clusters
-    from gonio.fit.stack_run import fit_block
+    from gonio.fitting.stack import cluster as clusters
+    from gonio.fitting.stack.run import fit_block
 
     client = SimpleNamespace(nthreads=lambda: {"here": 1})
 
@@ -95,7 +95,7 @@ def test_a_run_goes_on_and_says_so(run, stack, here):
 
 
 def test_ctrl_c_is_one_line_that_says_how_to_go_on(run, stack, here, monkeypatch):
-    from gonio.fit import cluster as clusters
+    from gonio.fitting.stack import cluster as clusters
 
     real = clusters.fit_blocks
 
@@ -165,7 +165,7 @@ def test_the_record_goes_to_standard_output(run, stack, here):
 
 
 def test_without_bokeh_a_word_says_how_to_see_the_dashboard(run, stack, here, monkeypatch):
-    from gonio.fit import cluster as clusters
+    from gonio.fitting.stack import cluster as clusters
 
     @contextmanager
     def connected(scheduler="", workers=0, preload=()):

@@ -5,7 +5,7 @@ import pytest
 
 from gonio import Anneal, Problem, Projection, catalogue, simulate
 from gonio.compare import FAMILY
-from gonio.fit import Solution, Status, fit
+from gonio.fitting import Solution, Status, fit
 
 SOLVERS = [Projection(), Anneal(max_iterations=3000, seed=3), Anneal(max_iterations=1000, seed=3, chains=4)]
 every_solver = pytest.mark.parametrize("solver", SOLVERS, ids=["projection", "anneal", "anneal-4-chains"])

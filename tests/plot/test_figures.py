@@ -16,9 +16,9 @@ from gonio import catalogue, join, published, read, simulate
 from gonio.app.drawing import draw, draw_model, predictors
 from gonio.app.evaluation import surface
 from gonio.compare import rank
-from gonio.fit import Anneal
-from gonio.fit.band import band
-from gonio.fit.profile import Profile
+from gonio.fitting import Anneal
+from gonio.fitting.certainty.band import band
+from gonio.fitting.certainty.profile import Profile
 from gonio.measured.dataset import make_scan
 from gonio.plot.curves import curves
 from gonio.plot.error_bars import error_bars

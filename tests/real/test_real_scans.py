@@ -7,7 +7,7 @@ import pytest
 
 from gonio import Anneal, Problem, Projection, catalogue, check, read
 from gonio.compare import FAMILY, METRICS, TIE, assess, curves, rank
-from gonio.fit import fit
+from gonio.fitting import fit
 from gonio.measured.check import Severity
 from gonio.measured.dataset import points
 

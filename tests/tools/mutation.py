@@ -595,7 +595,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=PAGE, help="the page to write")
     parser.add_argument("--verbose", action="store_true", help="print every change and the test that saw it")
     runner = Runner(parser.parse_args())
-    tests = [str(HERE / name) for name in COUNTED]
+    tests = [str(HERE.parent / name) for name in COUNTED]
     status = pytest.main(["-q", "-s", "-p", "no:cacheprovider", "--no-header", *tests], plugins=[runner])
     return 0 if status == 0 and runner.passed else 1
 

@@ -94,7 +94,7 @@ def contents(out: Path) -> dict[str, bytes]:
 
 def fit(stack: Path, out: Path, **options: Any) -> xr.Dataset:
     """`fit_stack` by `means`."""
-    from gonio.fit.cluster import fit_stack
+    from gonio.fitting.stack.cluster import fit_stack
 
     return fit_stack(LAMBERT, stack, out, fit_many=means, **options)
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.fit.anneal import Anneal
-from gonio.fit.half_width import half_widths, widest_angle
-from gonio.fit.projection import Projection
-from gonio.fit.smooth import Smooth
-from gonio.fit.solution import label
-from gonio.fit.solver import Solver
+from gonio.fitting.objective.smooth import Smooth
+from gonio.fitting.search.anneal import Anneal
+from gonio.fitting.search.projection import Projection
+from gonio.fitting.search.solver import Solver
+from gonio.fitting.solution import label
 from gonio.materials import constants as material_constants
+from gonio.measured.half_width import half_widths, widest_angle
 from gonio.polarisation import stokes as check_stokes
 
 SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {s.name: s for s in (Projection, Anneal)}

@@ -9,12 +9,12 @@ import xarray as xr
 
 from gonio.app.present import LEVEL, figure, progress_bar, table, uncertain
 from gonio.derived import Derived, derived
-from gonio.fit import bootstrap as resampling
-from gonio.fit import profile as likelihood
-from gonio.fit.bootstrap import bca, bootstrap, percentile, standard_deviations
-from gonio.fit.problem import Problem
-from gonio.fit.profile import Profile, between, profile
-from gonio.fit.solution import Solution
+from gonio.fitting.certainty import bootstrap as resampling
+from gonio.fitting.certainty import profile as likelihood
+from gonio.fitting.certainty.bootstrap import bca, bootstrap, percentile, standard_deviations
+from gonio.fitting.certainty.profile import Profile, between, profile
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.solution import Solution
 from gonio.units import label
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.app import present
-from gonio.fit import Solution
+from gonio.fitting import Solution
 from gonio.formats import read
 from gonio.geometry import Geometry
 from gonio.measured import dataset

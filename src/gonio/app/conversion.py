@@ -181,7 +181,7 @@ def _fitted(name: str, data: "xr.Dataset", weighting: str) -> tuple[Any, str]:
 
     from gonio import catalogue
     from gonio.compare import predict
-    from gonio.fit import Problem, fit
+    from gonio.fitting import Problem, fit
 
     model = catalogue[name]
     solution = fit(Problem(model, data, weighting=weighting))

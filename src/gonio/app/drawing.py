@@ -10,8 +10,8 @@ import xarray as xr
 from gonio.app.evaluation import Surface
 from gonio.app.present import LEVEL
 from gonio.compare import METRICS, Row, parts, predict
-from gonio.fit.band import band
-from gonio.fit.solution import Solution
+from gonio.fitting.certainty.band import band
+from gonio.fitting.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
     from gonio.app.certainty import Certainty
     from gonio.compare import Row
-    from gonio.fit.outliers import Scrutiny
+    from gonio.fitting.certainty.outliers import Scrutiny
 
 
 class Figure(StrEnum):
@@ -106,8 +106,8 @@ def fit_scan(
     from gonio.app.certainty import Question, ask
     from gonio.compare import assess
     from gonio.files import refuse_existing
-    from gonio.fit import fit
-    from gonio.fit.outliers import scrutinise
+    from gonio.fitting import fit
+    from gonio.fitting.certainty.outliers import scrutinise
 
     data = read_joint([(path, read_scan(path, blocked, floor, select)) for path in scans], joint)
     cones = (source_half_angle, detector_half_angle, cone_step)
@@ -275,7 +275,7 @@ def _write_fit(
     folder: Path, data: "xr.Dataset", row: "Row", scrutiny: "Scrutiny", certainty: "Certainty", force: bool
 ) -> None:
     from gonio.app import drawing, present
-    from gonio.fit.bootstrap import kept
+    from gonio.fitting.certainty.bootstrap import kept
     from gonio.plot.profiles import profiles
     from gonio.plot.style import save
 
@@ -295,7 +295,7 @@ def _write_fit(
 
 def _show_fit(scans: list[Path], row: "Row", scrutiny: "Scrutiny", certainty: "Certainty", out: str) -> None:
     from gonio.app import fitted_values, present, provisos
-    from gonio.fit.covariance import COVARIANCES
+    from gonio.fitting.certainty.covariance import COVARIANCES
 
     terminal, attrs = present.console(), row.solution.dataset.attrs
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from gonio.compare import Row
-    from gonio.fit.solution import Solution
+    from gonio.fitting.solution import Solution
 
 MOST_GROUPS = 6  # values of a parameter that are listed under each other; more are columns beside other parameters
 COLUMNS_A_TABLE = 3

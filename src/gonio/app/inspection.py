@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from gonio.app import present
-from gonio.fit.half_width import half_widths
 from gonio.formats import read, recognise
 from gonio.measured import dataset
 from gonio.measured.check import check
+from gonio.measured.half_width import half_widths
 from gonio.measured.stack import foreign_dims
 from gonio.units import label
 

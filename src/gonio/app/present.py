@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from gonio.app.certainty import Certainty
     from gonio.compare import Row
-    from gonio.fit.outliers import Scrutiny
+    from gonio.fitting.certainty.outliers import Scrutiny
     from gonio.materials import Material
     from gonio.model import Model, Term
 
@@ -38,7 +38,7 @@ def console() -> "Console":
 
 def emit_json(data: Any, target: str, force: bool = False) -> None:
     """Write plain data as JSON to a file, or to standard output for `-`; NaN and infinities become null."""
-    from gonio.fit.solution import without_infinities
+    from gonio.fitting.solution import without_infinities
 
     text = json.dumps(without_infinities(data), indent=2, ensure_ascii=False, allow_nan=False)
     if target == "-":
@@ -225,7 +225,7 @@ def material_lines(material: "Material") -> Iterator[Any]:
 
 def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") -> dict[str, Any]:
     """A fit as plain data, with what it was asked besides."""
-    from gonio.fit.identifiability import combinations, verdicts
+    from gonio.fitting.certainty.identifiability import combinations, verdicts
 
     attrs = row.solution.dataset.attrs
     return {
@@ -267,7 +267,7 @@ def verdict_lines(row: "Row", certainty: "Certainty") -> Iterator[str]:
     """What the data do not tell, in words, and what they tell instead; nothing where all is determined."""
     from rich.markup import escape
 
-    from gonio.fit.identifiability import combinations, verdicts
+    from gonio.fitting.certainty.identifiability import combinations, verdicts
 
     for verdict in verdicts(row.solution, row.farthest, certainty.profiles):
         if not verdict.determined:

@@ -9,8 +9,8 @@ from gonio.units import label
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gonio.fit.outliers import Scrutiny
-    from gonio.fit.solution import Solution
+    from gonio.fitting.certainty.outliers import Scrutiny
+    from gonio.fitting.solution import Solution
 
 
 def instrument_record(solution: "Solution") -> dict[str, float]:

@@ -15,8 +15,8 @@ from gonio.app.terminal import app
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from gonio.fit.manifest import Record
-    from gonio.fit.stack_run import Run
+    from gonio.fitting.stack.manifest import Record
+    from gonio.fitting.stack.run import Run
 
 Stack = Annotated[
     Path,
@@ -86,7 +86,7 @@ def fit_stack(
     from gonio import catalogue
     from gonio.app import arguments, present
     from gonio.files import refuse_existing
-    from gonio.fit.stack_run import prepare
+    from gonio.fitting.stack.run import prepare
 
     if json not in ("", "-"):
         refuse_existing(Path(json), force)
@@ -127,7 +127,7 @@ def _tell(line: str) -> None:
 def _fitted(run: "Run", scheduler: str, workers: int, force: bool) -> float:
     """Fit what is to do, and tell of it; how long that took [s] with the workers there."""
     from gonio.app import present
-    from gonio.fit.cluster import connected, fit_blocks
+    from gonio.fitting.stack.cluster import connected, fit_blocks
 
     blocks = run.job.blocks
     done = sum(map(blocks.size, run.done))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gonio.fit.profile import Profile
+from gonio.fitting.certainty.profile import Profile
 from gonio.plot.style import COLOURS, heading, house_style, new_figure, shared_legend
 from gonio.units import label
 

@@ -21,7 +21,7 @@ from gonio.app.report import study as paper
 from gonio.app.report.study import COMPARED_AT, Study, Surface
 from gonio.compare import drop, parts
 from gonio.files import refuse_existing, replacing
-from gonio.fit.solver import Progress
+from gonio.fitting.search.solver import Progress
 from gonio.measured.dataset import flatten
 from gonio.plot.components import components
 from gonio.plot.convergence import convergence

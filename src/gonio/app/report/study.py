@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 
 from gonio.compare import Row, drop, rank
-from gonio.fit import Anneal, Problem, Projection, Solution, fit
-from gonio.fit.half_width import HalfWidth, half_widths, widest_angle
-from gonio.fit.solver import Progress
+from gonio.fitting import Anneal, Problem, Projection, Solution, fit
+from gonio.fitting.search.solver import Progress
 from gonio.geometry import Geometry
+from gonio.measured.half_width import HalfWidth, half_widths, widest_angle
 from gonio.measured.simulation import simulate
 from gonio.model import Model
 from gonio.models import catalogue

@@ -1,0 +1,149 @@
+"""How a fit scatters when its scan is drawn again from itself: intervals without a formula for the covariance."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from scipy.special import ndtr, ndtri
+
+from gonio.fitting.certainty.covariance import left_out, robust, tangent
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.descent import Tangent
+from gonio.fitting.search.refit import refit
+from gonio.fitting.search.solver import Progress, silent
+from gonio.fitting.search.strength import resolved
+from gonio.fitting.solution import Solution
+
+Values = npt.NDArray[np.float64]
+Resampled = tuple[
+    Values | float, Values | float, Values
+]  # factor and offset of every residual, and how often it counts
+
+KINDS = {
+    "residual": "wild: every residual keeps its place and its size, and gets a random sign (davidson2008)",
+    "pairs": "points drawn with replacement (freedman1981)",
+}
+FEWEST = 20  # draws below which no percentile means anything
+
+
+def bootstrap(
+    problem: Problem,
+    solution: Solution,
+    kind: str = "residual",
+    draws: int = 500,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Fits of resampled scans as `value` (parameter, draw), each a local search from the solution.
+
+    kind: `residual` keeps the directions, gives each residual of a fit without its point a random sign, and so holds
+    for noise that depends on the signal (wu1986, davidson2008); `pairs` draws points, directions with them. Both keep
+    the weights of the points. `value` is NaN where a draw left out every point of a group, where a search ran out of
+    steps, and for values that the scan itself does not determine. `estimate` is the solution; `acceleration` is what
+    the BCa interval takes (efron1987).
+    Raises ValueError for another kind, for too few draws, or for a robust loss.
+    """
+    refuse_unfit(problem, kind, draws)
+    problem = resolved(problem)
+    found = solution.vector(problem.names)
+    plane, residual = tangent(problem, found), problem.difference(problem.brdf(found))
+    told = np.isfinite(np.diag(robust(plane, residual)))
+    random = np.random.default_rng(seed)
+    resampled = _wild(plane, residual, random) if kind == "residual" else _pairs(len(residual), random)
+    values = np.empty((len(found), draws))
+    for draw, (factor, offset, counts) in zip(range(draws), resampled, strict=False):
+        end = refit(problem, found, factors=factor, offset=offset)
+        values[:, draw] = np.where(told & _seen(problem, counts) & (not end.exhausted), end.point, np.nan)
+        progress((draw + 1) / draws)
+    # signs are as likely either way, so that a wild draw has no skewness to accelerate
+    skewness = _acceleration(plane, residual) if kind == "pairs" else np.zeros(len(found))
+    return xr.Dataset(
+        {
+            "value": (("parameter", "draw"), values),
+            "estimate": ("parameter", found),
+            "acceleration": ("parameter", skewness),
+        },
+        coords={"parameter": list(problem.names)},
+        attrs={"kind": kind, "seed": seed, "draws": draws},
+    )
+
+
+def refuse_unfit(problem: Problem, kind: str, draws: int) -> None:
+    """ValueError for a kind that is none of KINDS, for too few draws, or for a robust loss."""
+    if problem.loss != "squared":
+        raise ValueError(f"the bootstrap fits squared errors, and this is a {problem.loss} loss: leave out one of them")
+    if kind not in KINDS:
+        raise ValueError(f"no bootstrap {kind!r}: choose one of {', '.join(KINDS)}")
+    if draws < FEWEST:
+        raise ValueError(f"{draws} bootstrap draws say little about an interval: take at least {FEWEST}, better 500")
+
+
+def percentile(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]]:
+    """Interval of every value between percentiles of its draws; NaN where a draw could not tell the value."""
+    tails = np.full((drawn.sizes["parameter"], 2), [0.5 - level / 2, 0.5 + level / 2])
+    return _quantiles(drawn, tails)
+
+
+def bca(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]]:
+    """The same, corrected for bias and for a spread that changes with the value (efron1987).
+
+    NaN also where draws pile up on the estimate, because that is at a bound.
+    """
+    values, estimate = drawn["value"].values, drawn["estimate"].values[:, None]
+    piled = np.any(values == estimate, axis=1)
+    bias = ndtri(np.where(piled, np.nan, np.mean(values < estimate, axis=1)))[:, None]
+    shifted = bias + ndtri(np.array([0.5 - level / 2, 0.5 + level / 2]))
+    with np.errstate(invalid="ignore"):  # all draws on one side leave no interval
+        tails = ndtr(bias + shifted / (1 - drawn["acceleration"].values[:, None] * shifted))
+    return _quantiles(drawn, tails)
+
+
+def standard_deviations(drawn: xr.Dataset) -> dict[str, float]:
+    """Standard deviation of every value over its draws."""
+    spread = drawn["value"].std("draw", ddof=1, skipna=False)
+    return dict(zip(drawn["parameter"].values.tolist(), spread.values.tolist(), strict=True))
+
+
+def kept(solution: Solution, drawn: xr.Dataset) -> Solution:
+    """The solution with its draws as a variable `bootstrap` (parameter, draw), to be saved with it."""
+    draws = drawn["value"].reindex(parameter=solution.dataset["parameter"].values).drop_vars("parameter")
+    return Solution(solution.dataset.assign(bootstrap=(draws.dims, draws.values, dict(drawn.attrs))))
+
+
+def _wild(plane: Tangent, residual: Values, random: np.random.Generator) -> Iterator[Resampled]:
+    """Rademacher signs on the residuals that HC3 takes, about the fitted values."""
+    error, _ = left_out(plane, residual)
+    everywhere = np.ones_like(residual)
+    while True:
+        yield 1.0, error * random.choice([-1.0, 1.0], size=len(residual)) - residual, everywhere
+
+
+def _pairs(points: int, random: np.random.Generator) -> Iterator[Resampled]:
+    while True:
+        counts = np.bincount(random.integers(points, size=points), minlength=points)
+        yield np.sqrt(counts), 0.0, counts.astype(float)
+
+
+def _seen(problem: Problem, counts: Values) -> npt.NDArray[np.bool_]:
+    """Which values have a point of their group among those drawn."""
+    return np.concatenate([np.bincount(e.group, weights=counts, minlength=e.size) > 0 for e in problem.free])
+
+
+def _acceleration(plane: Tangent, residual: Values) -> Values:
+    """Skewness over six of the influence of every point on every value."""
+    towards = -(plane.directions @ plane.basis[: len(residual)].T)  # of a measured value, which the residual subtracts
+    influence = towards * residual
+    squares = np.sum(influence**2, axis=1)
+    return np.sum(influence**3, axis=1) / np.where(squares > 0, 6 * squares**1.5, 1.0)
+
+
+def _quantiles(drawn: xr.Dataset, tails: Values) -> dict[str, tuple[float, float]]:
+    """Quantiles beyond which another draw lies as often as the tails say, however few the draws."""
+    rows = zip(drawn["parameter"].values.tolist(), drawn["value"].values, tails, strict=True)
+    out = {}
+    for name, values, ends in rows:
+        told = bool(np.isfinite(values).all() and np.isfinite(ends).all())
+        low, high = np.quantile(values, ends, method="weibull").tolist() if told else (np.nan, np.nan)
+        out[name] = (low, high)
+    return out

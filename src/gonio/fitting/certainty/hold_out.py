@@ -1,0 +1,80 @@
+"""What a fit predicts where it was not shown the measurement: folds of a scan, and the predictions of each."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.reweighting import settle
+from gonio.fitting.search.strength import resolved
+from gonio.fitting.solution import Solution
+from gonio.measured import dataset
+
+Values = npt.NDArray[np.float64]
+Fold = tuple[str, npt.NDArray[np.bool_]]
+
+OUT_OF_PLANE = "out-of-plane"
+SETTLED = 1e-8  # relative change of a cost that ends a search: far below what is left out of it tells
+STEPS = 200  # a minimum that is near is found in a tenth; further on lies a valley in which nothing changes any more
+BLOCK = 5.0  # deg: neighbouring directions of a k-fold stay together, because a smooth curve tells its own gaps
+
+
+def folds(points: xr.Dataset, by: str) -> list[Fold]:
+    """What is left out in turn from a flat scan: a name, and which points.
+
+    by: a coordinate, one fold for each of its values; `out-of-plane`, one fold of all that is out of plane; or a number
+    k, as many folds of blocks of 5 deg in theta_r, dealt out in turn.
+    Raises ValueError where that leaves nothing out or nothing in.
+    """
+    found = list(_folds(points, by))
+    if not found or any(left.all() or not left.any() for _, left in found):
+        raise ValueError(f"leaving out by {by} needs at least two parts of the scan, and it has {max(len(found), 1)}")
+    return found
+
+
+def _folds(points: xr.Dataset, by: str) -> Iterator[Fold]:
+    if by.isdigit():
+        count = int(by)
+        block = np.floor(dataset.signed_theta_r(points) / BLOCK).astype(int)
+        key = np.unique(np.column_stack([points["theta_i"].values, block]), axis=0, return_inverse=True)[1].ravel()
+        for k in range(count):
+            yield f"block {k + 1}", key % count == k
+    elif by == OUT_OF_PLANE:
+        yield by, ~dataset.is_in_plane(points)
+    elif by in points.coords:
+        for value in np.unique(points[by].values):
+            yield f"{by} {value:g}" if isinstance(value, float) else f"{by} {value}", points[by].values == value
+    else:
+        have = ", ".join(str(c) for c in points.coords)
+        raise ValueError(
+            f"a scan is left out by a coordinate ({have}), by {OUT_OF_PLANE}, or in k blocks, not by {by!r}"
+        )
+
+
+def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, list[Fold]]:
+    """BRDF at every point by a fit that did not see the point's fold, NaN where no fold holds it; and the folds.
+
+    Each fit starts from the values found with all points: leaving a part out moves the minimum, it makes no new one.
+    Raises ValueError where a parameter has one value for each part that is left out, since nothing then tells it there.
+    """
+    flat = problem.points
+    parts = folds(flat, by)
+    problem = resolved(problem)
+    found = solution.vector(problem.names)
+    out = np.full(flat.sizes["direction"], np.nan)
+    for name, left in parts:
+        _refuse_unseen(problem, name, left)
+        shown = problem.part(np.flatnonzero(~left))
+        out[left] = problem.brdf(settle(shown, found, SETTLED, STEPS).vector)[left]
+    return out, parts
+
+
+def _refuse_unseen(problem: Problem, name: str, left: npt.NDArray[np.bool_]) -> None:
+    for entry in problem.free:
+        if set(np.unique(entry.group[left])) - set(np.unique(entry.group[~left])):
+            raise ValueError(
+                f"{entry.name} has one value for each {', '.join(entry.by)}, so nothing predicts {name} when that is "
+                f"left out: do not group {entry.name}, or leave out something else"
+            )

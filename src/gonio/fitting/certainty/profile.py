@@ -1,0 +1,174 @@
+"""How much worse the best fit becomes as one value moves: intervals for values that are bounded or skewed."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from gonio.fitting.certainty.covariance import estimator, tangent
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.descent import Tangent
+from gonio.fitting.search.refit import SMALLEST, refit
+from gonio.fitting.search.strength import resolved
+from gonio.fitting.solution import Solution
+from gonio.units import label
+
+Values = npt.NDArray[np.float64]
+
+STEP = 0.25  # of the coverage factor: how far the rise should grow from one fit to the next
+GUESS = 0.1  # of a value whose standard uncertainty is infinite
+ROUNDING = 1e-20  # of the mean squared measurement: a variance of residuals that is arithmetic alone
+FARTHEST = 60  # fits on one side at most; steps that gain little double, so that this reaches any scale
+BETTER = 1e-3  # squared rise below zero, from which another minimum is better and no rounding
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The rise of the cost along one value, and the values within the level.
+
+    at, rise: the curve: values, and how many standard uncertainties each is from the best one (bates1988's profile t),
+    negative below it. factor: the rise at the ends of the interval. lower, upper: the interval, which ends at a bound
+    of the value or at infinity where the data exclude nothing on that side: then `open_below`, `open_above`.
+    """
+
+    name: str
+    unit: str
+    value: float
+    level: float
+    factor: float
+    at: Values
+    rise: Values
+    lower: float
+    upper: float
+    open_below: bool
+    open_above: bool
+
+    @property
+    def words(self) -> str:
+        """What the data allow: `from 30 deg upwards`."""
+        unit = f" {label(self.unit)}".rstrip()
+        if self.open_below and self.open_above:
+            return "at any value"
+        if self.open_above:
+            return f"from {self.lower:.3g}{unit} upwards"
+        if self.open_below:
+            return f"up to {self.upper:.3g}{unit}"
+        return f"from {between(self.lower, self.upper, ' to ')}{unit}"
+
+
+def between(low: float, high: float, mark: str = " .. ") -> str:
+    """Both ends of an interval with as many digits as its width gives sense to."""
+    width = high - low
+    if not (math.isfinite(width) and width > 0):
+        return f"{low:.4g}{mark}{high:.4g}"
+    digits = max(2 - math.floor(math.log10(width)), 0)
+    form = ".4e" if digits > 7 or max(abs(low), abs(high)) >= 1e7 else f".{digits}f"
+    return f"{low:{form}}{mark}{high:{form}}"
+
+
+def profile(problem: Problem, solution: Solution, name: str, level: float = 0.95) -> Profile:
+    """The profile likelihood of one free value (venzon1988), `ks[30]` for one of a group.
+
+    The rise is measured in the solution's own kind of covariance: scaled so that it grows near the minimum as that
+    standard uncertainty says (royall2003), as residuals scatter where that is infinite. For a linear model the interval
+    is the one of `Solution.intervals`.
+    Raises ValueError for a name that is not free, for a robust loss, for a fit that leaves no scatter, or where the
+    profile meets a better fit than the solution.
+    """
+    line = _Minimum(problem, solution).line(name)
+    factor = solution.coverage_factor(level)
+    below, (lower, open_below) = line.side(-1, factor)
+    above, (upper, open_above) = line.side(1, factor)
+    curve = dict(sorted([*below, (line.value, 0.0), *above]))
+    at, rise = np.array(list(curve)), np.array(list(curve.values()))
+    unit = str(solution.dataset["unit"].sel(parameter=name).item())
+    return Profile(name, unit, line.value, level, factor, at, rise, lower, upper, open_below, open_above)
+
+
+def rises(problem: Problem, solution: Solution, at: Mapping[str, float]) -> dict[str, float]:
+    """How many standard uncertainties the best fit is worse than the best of all, with each value in turn held `at`.
+
+    Raises ValueError as `profile` does.
+    """
+    minimum = _Minimum(problem, solution)
+    return {name: minimum.line(name).rise(minimum.best.point, held)[1] for name, held in at.items()}
+
+
+def refuse_unfit(problem: Problem) -> None:
+    """ValueError for a loss of which no profile is taken."""
+    if problem.loss != "squared":
+        raise ValueError(f"a profile is of squared errors, and this is a {problem.loss} loss: leave out one of them")
+
+
+class _Minimum:
+    """The best fit, and the rise of the squared residual that one standard uncertainty of each value is worth there."""
+
+    def __init__(self, problem: Problem, solution: Solution) -> None:
+        refuse_unfit(problem)
+        self.problem = problem = resolved(problem)
+        self.best = refit(problem, solution.vector(problem.names))
+        plane, residual = tangent(problem, self.best.point), problem.difference(problem.brdf(self.best.point))
+        estimate = estimator(problem, solution.covariance_kind)
+        variance = np.diag(estimate(plane, residual))
+        told = np.isfinite(variance) & (variance > 0)
+        unscaled = np.sum(plane.directions**2, axis=1)
+        level = Tangent(np.ones((len(residual), 1)))  # a mean of all residuals, whose variance every kind can tell
+        noise = float(estimate(level, residual)[0, 0]) * len(residual)
+        self.scale = np.where(told, variance / np.where(told, unscaled, 1.0), noise)
+        self.sigma = np.where(told, np.sqrt(variance), GUESS * np.maximum(np.abs(self.best.point), SMALLEST))
+
+    def line(self, name: str) -> "_Line":
+        if name not in self.problem.names:
+            raise ValueError(f"{name!r} is no free value of this fit: choose one of {', '.join(self.problem.names)}")
+        place = self.problem.names.index(name)
+        if not self.scale[place] > ROUNDING * self.problem.scale / len(self.problem.measured):
+            raise ValueError(f"no scatter is left about the fit, which would tell how far {name} may move")
+        return _Line(self, place)
+
+
+class _Line:
+    """The best fits along one value, each found from the one before."""
+
+    def __init__(self, minimum: _Minimum, place: int) -> None:
+        self.problem, self.best, self.place = minimum.problem, minimum.best, place
+        self.value = float(self.best.point[place])
+        self.scale, self.sigma = float(minimum.scale[place]), float(minimum.sigma[place])
+
+    def side(self, sign: int, factor: float) -> tuple[list[tuple[float, float]], tuple[float, bool]]:
+        """The curve to one side, and the end of the interval there with whether it is open."""
+        bound = float((self.problem.lower if sign < 0 else self.problem.upper)[self.place])
+        step, near, curve = STEP * factor * self.sigma, self.best.point, [(self.value, 0.0)]
+        if self.value == bound:
+            return [], (bound, True)
+        for _ in range(FARTHEST):
+            at = max(curve[-1][0] - step, bound) if sign < 0 else min(curve[-1][0] + step, bound)
+            before, (near, rise) = near, self.rise(near, at)
+            curve.append((at, sign * rise))
+            if rise > factor:
+                end = self._crossing(before, curve[-2][0], at, factor)
+                return [*curve[1:], (end, sign * factor)], (end, False)
+            if at == bound:
+                return curve[1:], (bound, True)
+            if abs(curve[-1][1] - curve[-2][1]) < STEP * factor / 2:
+                step *= 2
+        return curve[1:], (sign * math.inf, True)
+
+    def rise(self, near: Values, at: float) -> tuple[Values, float]:
+        """The best fit with the value held at `at`, and the root of the rise of its cost."""
+        start = near.copy()
+        start[self.place] = at
+        end = refit(self.problem, start, held=self.place)
+        squared = (end.cost - self.best.cost) / self.scale
+        if squared < -BETTER:
+            name = self.problem.names[self.place]
+            raise ValueError(
+                f"the profile of {name} met a better fit at {name} = {at:g} than the solution: "
+                "fit again with more searches (projection: --setting searches=16) and profile that"
+            )
+        return end.point, math.sqrt(max(squared, 0.0))
+
+    def _crossing(self, near: Values, inside: float, outside: float, factor: float) -> float:
+        return float(brentq(lambda at: self.rise(near, at)[1] - factor, inside, outside, rtol=1e-6))

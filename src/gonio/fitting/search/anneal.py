@@ -1,0 +1,151 @@
+"""Simulated annealing, as the paper's Appendix A lays it out (guo2023, appendix A; kirkpatrick1983)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.solver import Progress, silent
+from gonio.fitting.solution import Optimum
+
+Values = npt.NDArray[np.float64]
+BLOCK = 256  # steps whose random numbers are drawn at once
+
+
+@dataclass(frozen=True)
+class Anneal:
+    """Metropolis search under a falling temperature; the names are those of Appendix A.
+
+    initial_temperature, final_temperature, cooling_rate: the temperature, in units of E, is multiplied by the rate
+        after each iteration; the search ends below the final one. max_iterations: of each chain.
+    tolerance: the search ends when the best E has changed by less over `patience` iterations (the appendix names no
+        window; without one the first refused step would end the search). Zero never ends it.
+    lb, ub: bounds of weights and shape by name, where they should be narrower than the problem's. An upper bound that
+        is given nowhere is the weight at which its term alone fits best: no optimum of non-negative terms lies above.
+    step: standard deviation of a perturbation at the initial temperature, in units of the range from lb to ub; it
+        falls with the square root of the temperature.
+    seed: of the random numbers. chains: independent searches side by side; the best one counts.
+    """
+
+    initial_temperature: float = 1.0
+    final_temperature: float = 1e-8
+    cooling_rate: float = 0.999
+    max_iterations: int = 20_000
+    tolerance: float = 0.0
+    patience: int = 1_000
+    lb: Mapping[str, float] = field(default_factory=dict)
+    ub: Mapping[str, float] = field(default_factory=dict)
+    step: float = 0.5
+    seed: int = 0
+    chains: int = 1
+    name = "anneal"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.cooling_rate < 1:
+            raise ValueError(f"cooling_rate must lie between 0 and 1, and is {self.cooling_rate:g}")
+        if not self.initial_temperature > self.final_temperature >= 0:
+            raise ValueError("initial_temperature must be above final_temperature, and that not negative")
+        if self.max_iterations < 1 or self.chains < 1 or self.patience < 1:
+            raise ValueError("max_iterations, patience and chains must be at least 1")
+
+    def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
+        """The values of least E that any chain met; the history holds each chain's best E after each iteration."""
+        objective = _Objective(problem, *self.bounds(problem))
+        random = np.random.default_rng(self.seed)
+        size = len(problem.names)
+        current = random.random((self.chains, size))
+        cost = objective(current)
+        best, best_cost = current.copy(), cost.copy()
+        temperature, history = self.initial_temperature, [best_cost.copy()]
+        exhausted = True
+        for iteration in range(1, self.max_iterations):
+            k = iteration % BLOCK
+            if iteration == 1 or k == 0:
+                steps = random.standard_normal((BLOCK, self.chains, size))
+                chances = np.log(random.random((BLOCK, self.chains)))
+                progress(iteration / self.max_iterations)
+            width = self.step * np.sqrt(temperature / self.initial_temperature)
+            trial = np.clip(current + width * steps[k], 0.0, 1.0)
+            trial_cost = objective(trial)
+            accepted = (cost - trial_cost) > temperature * chances[k]
+            current[accepted], cost[accepted] = trial[accepted], trial_cost[accepted]
+            better = cost < best_cost
+            best[better], best_cost[better] = current[better], cost[better]
+            history.append(best_cost.copy())
+            temperature *= self.cooling_rate
+            if temperature < self.final_temperature or self._settled(history):
+                exhausted = False
+                break
+        progress(1.0)
+        winner = int(np.argmin(best_cost))
+        vector = objective.vector(best)[winner]
+        evaluations = len(history) * self.chains
+        return Optimum(vector, float(best_cost[winner]), exhausted, evaluations, np.array(history))
+
+    def _settled(self, history: list[Values]) -> bool:
+        if self.tolerance <= 0 or len(history) <= self.patience:
+            return False
+        return bool(np.all(history[-1 - self.patience] - history[-1] < self.tolerance))
+
+    def bounds(self, problem: Problem) -> tuple[Values, Values]:
+        """The problem's bounds, narrowed to lb and ub; ValueError for an unknown name or a range that is empty."""
+        names = [entry.name for entry in problem.free for _ in entry.labels]
+        for name in (*self.lb, *self.ub):
+            if name not in names:
+                raise ValueError(f"no free parameter is called {name!r}; there are {', '.join(dict.fromkeys(names))}")
+        lower = np.maximum(problem.lower, [self.lb.get(name, -np.inf) for name in names])
+        upper = np.minimum(problem.upper, [self.ub.get(name, np.inf) for name in names])
+        for name, low, high in zip(names, lower, upper, strict=True):
+            if low > high:
+                raise ValueError(f"nothing lies between lb and ub of {name}: {low:g} to {high:g}")
+        return lower, upper
+
+
+class _Objective:
+    """E (eq 11) of many candidates at once, in coordinates from 0 (lb) to 1 (ub).
+
+    The design is computed once where no shape is free.
+    """
+
+    def __init__(self, problem: Problem, lower: Values, upper: Values) -> None:
+        self.problem = problem
+        self._n = problem.n_weights
+        self._lower, self._upper = lower, upper
+        self._axes = problem.axes(lower[self._n :], upper[self._n :])
+        self._kept = None if problem.free_shape else self._weighted(np.empty((1, 0)))
+
+    def __call__(self, unit: Values) -> Values:
+        matrix, target, vector = self._system(unit)
+        modelled = (matrix @ vector[:, : self._n, None])[..., 0]
+        penalty = self.problem.cost(vector @ self.problem.penalty.T)
+        if self.problem.logarithmic:
+            return penalty + self.problem.cost(self.problem.difference(modelled - target))
+        return penalty + self.problem.cost(modelled - target)
+
+    def vector(self, unit: Values) -> Values:
+        """Weights and shape of candidates in unit coordinates."""
+        return self._system(unit)[2]
+
+    def _system(self, unit: Values) -> tuple[Values, Values, Values]:
+        shape = self._axes.values(unit[:, self._n :])
+        matrix, target, reach = self._kept if self._kept is not None else self._weighted(shape)
+        low = self._lower[: self._n]
+        weights = low + unit[:, : self._n] * (reach - low)
+        return matrix, target, np.concatenate([weights, shape], axis=1)
+
+    def _weighted(self, shape: Values) -> tuple[Values, Values, Values]:
+        """Design and target as the residual weighs them (unweighted before a logarithm), and weights' upper bounds."""
+        problem = self.problem
+        matrix, fixed = problem.design(shape)
+        if problem.logarithmic:
+            target, measured = -fixed, problem.measured - fixed
+        else:
+            matrix = problem.root_weights[:, None] * matrix
+            target = measured = problem.target - problem.root_weights * fixed
+        squared = np.einsum("...nw,...nw->...w", matrix, matrix)
+        alone = np.einsum("...nw,...n->...w", matrix, measured) / np.where(squared > 0, squared, 1.0)
+        given = self._upper[: self._n]
+        reach = np.where(np.isfinite(given), given, np.maximum(alone, self._lower[: self._n]))
+        return matrix, target, reach

@@ -1,0 +1,102 @@
+"""Problems whose shape parameters have one value a group: where a search of so many values starts, and what splits."""
+
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.fitting.objective.problem import Entry, Problem, labelled
+from gonio.fitting.solution import Optimum
+
+Values = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
+
+
+class Reduced(Protocol):
+    """A problem of the shape alone, in unit coordinates, as a projection searches it."""
+
+    problem: Problem
+
+    def residual(self, unit: Values) -> Values: ...
+
+
+def is_grouped(problem: Problem) -> bool:
+    """Whether any shape parameter has one value a group."""
+    return any(entry.size > 1 for entry in problem.free_shape)
+
+
+def weights_couple(problem: Problem) -> bool:
+    """Whether a free weight is told by more than one group of a shape parameter."""
+    grouped = [set(entry.by) for entry in problem.free_shape if entry.size > 1]
+    return any(not by <= set(weight.by) for weight in problem.free_weights for by in grouped)
+
+
+def common(problem: Problem) -> Problem:
+    """The same problem with one value for all groups of each free shape parameter, and nothing smooth."""
+    free = {entry.name for entry in problem.free_shape}
+    return replace(problem, grouped={n: by for n, by in problem.grouped.items() if n not in free}, smooth={})
+
+
+def carried(vector: Values, source: Problem, problem: Problem, rows: Rows | slice = slice(None)) -> Values:
+    """The values of a coarser or smaller problem where they belong in a vector of `problem`, the others NaN.
+
+    `rows` are the points of `problem` that `source` holds, in its order.
+    """
+    out, at, here = np.full(len(problem.names), np.nan), 0, 0
+    for entry, part in zip(problem.free, source.free, strict=True):
+        out[at + entry.group[rows]] = vector[here + part.group]
+        at, here = at + entry.size, here + part.size
+    return out
+
+
+def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
+    """Problems, each with its points, whose optima together are the optimum of the whole; none where it does not split.
+
+    It splits where one coordinate groups every free parameter and nothing is smooth: no value is then told by more than
+    one of the coordinate's values.
+    """
+    shared_by = set.intersection(*(set(entry.by) for entry in problem.free))
+    if not shared_by or len(problem.penalty):
+        return []
+    by = next(c for entry in problem.free for c in entry.by if c in shared_by)
+    labels, place = labelled(problem.points[by].values)
+    rows = [np.flatnonzero(place == k) for k in range(len(labels))]
+    told = problem.root_weights * problem.measured
+    if len(rows) < 2 or not all(told[some].any() for some in rows):
+        return []
+    free = replace(problem, smooth={})
+    return [(some, free.part(some)) for some in rows]
+
+
+def assembled(problem: Problem, found: list[tuple[Rows, Problem, Optimum]]) -> Optimum:
+    """The optimum of a problem from those of its parts."""
+    vector = np.full(len(problem.names), np.nan)
+    for rows, part, optimum in found:
+        values = carried(optimum.vector, part, problem, rows)
+        vector = np.where(np.isnan(values), vector, values)
+    cost = float(sum(part.scale * optimum.cost for _, part, optimum in found) / problem.scale)
+    exhausted = any(optimum.exhausted for *_, optimum in found)
+    return Optimum(vector, cost, exhausted, sum(optimum.evaluations for *_, optimum in found), np.array([cost]))
+
+
+def side_by_side(reduced: Reduced, point: Values, k: int, line: int) -> Values:
+    """`point` with each group of the k-th free shape parameter moved to where that group's own points fit best.
+
+    One fine line serves all its groups at once: exactly so where nothing else couples them.
+    """
+    entries = reduced.problem.free_shape
+    at = sum(entry.size for entry in entries[:k])
+    own = slice(at, at + entries[k].size)
+    tried = np.vstack([point[own], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
+    points = np.tile(point, (len(tried), 1))
+    points[:, own] = tried
+    errors = [_errors_by_group(entries[k], residual) for residual in reduced.residual(points)]
+    best = point.copy()
+    best[own] = tried[np.argmin(errors, axis=0), np.arange(entries[k].size)]
+    return best
+
+
+def _errors_by_group(entry: Entry, residual: Values) -> Values:
+    squared = residual[: len(entry.group)] ** 2
+    return np.bincount(entry.group, weights=squared, minlength=entry.size).astype(float)

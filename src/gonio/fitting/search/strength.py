@@ -1,0 +1,118 @@
+"""How strongly parameters are held smooth, where a problem leaves that open: what predicts points left out best."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.objective.smooth import AUTO, Smooth
+from gonio.fitting.search.descent import Tangent
+from gonio.fitting.search.groups import carried, common
+from gonio.fitting.search.projection import Projection
+from gonio.fitting.search.refit import refit, slopes
+
+Values = npt.NDArray[np.float64]
+STRONGEST, WEAKEST = 2, -13  # decimal exponents: a straight line, and values as good as free in any measurement
+FINE = 0.05  # of a decade: a strength half a decade off changes little
+ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly: no other tells of it
+
+
+def resolved(problem: Problem) -> Problem:
+    """The problem with the strength and the scale of every smooth parameter as numbers.
+
+    The scale is the value of a shape parameter in the fit with one value for all groups, and the root mean square of a
+    weight there. The strength is the one whose fits predict best each point from all others (allen1974; in the tangent
+    plane, without fitting again): first one for all parameters whose strength is `auto`, then each one's own. Unlike
+    generalised cross-validation (craven1978) that needs no noise alike at all points, and like it takes the errors of
+    different points as independent: an error that a whole wavelength has in common is not smoothed away.
+    Raises ValueError where a parameter is zero in that fit, and so has no scale.
+    """
+    if all(one.is_resolved for one in problem.smoothed.values()):
+        return problem
+    alike = common(problem)
+    vector = carried(Projection().search(alike).vector, alike, problem)
+    scaled = replace(problem, smooth=_scaled(problem, vector))
+    open_names = [name for name, one in scaled.smoothed.items() if one.strength == AUTO]
+    if not open_names:
+        return scaled
+    best = _fitted(scaled, open_names, STRONGEST, vector)
+    told = _leverage(best.problem, best.vector) < ALONE
+    best = _least(best, open_names, told)
+    for name in open_names if len(open_names) > 1 else ():
+        best = _least(best, [name], told)
+    return best.problem
+
+
+def effective_values(problem: Problem, vector: Values) -> float:
+    """How many free values a fit has the use of: the trace of the matrix that turns measured into modelled values.
+
+    That is the number of free values where nothing is smooth (hastie1990).
+    """
+    return float(np.sum(_leverage(problem, vector))) if len(problem.penalty) else float(len(vector))
+
+
+def _leverage(problem: Problem, vector: Values) -> Values:
+    """By how much each point pulls its own modelled value, 0 to 1."""
+    basis = Tangent(slopes(problem, vector)).basis[: len(problem.measured)]
+    out: Values = np.sum(basis**2, axis=1)
+    return out
+
+
+class _Fit(NamedTuple):
+    """A problem with its optimum: what is known of one strength."""
+
+    problem: Problem
+    vector: Values
+
+    def left_out(self, told: npt.NDArray[np.bool_]) -> float:
+        """Squared errors of the predictions of each point from all others, over the points that others tell of."""
+        free = 1 - _leverage(self.problem, self.vector)[told]
+        error = self.problem.difference(self.problem.brdf(self.vector))[told]
+        return float(np.sum((error / free) ** 2)) if free.min(initial=1.0) > 1 - ALONE else math.inf
+
+
+def _fitted(problem: Problem, names: Sequence[str], exponent: float, near: Values) -> _Fit:
+    changed = {
+        name: one._replace(strength=float(10.0**exponent)) for name, one in problem.smoothed.items() if name in names
+    }
+    tried = replace(problem, smooth=problem.smoothed | changed)
+    return _Fit(tried, refit(tried, near).point)
+
+
+def _least(fit: _Fit, names: Sequence[str], told: npt.NDArray[np.bool_]) -> _Fit:
+    """The best strength for some parameters: from the straight line down by decades, then between two of these."""
+    path = [_fitted(fit.problem, names, STRONGEST, fit.vector)]
+    for exponent in range(STRONGEST - 1, WEAKEST - 1, -1):
+        path.append(_fitted(fit.problem, names, exponent, path[-1].vector))
+    scores = [tried.left_out(told) for tried in path]
+    best = path[int(np.argmin(scores))]
+    middle = STRONGEST - int(np.argmin(scores))
+    found = minimize_scalar(
+        lambda exponent: _fitted(fit.problem, names, exponent, best.vector).left_out(told),
+        bounds=(max(middle - 1, WEAKEST), min(middle + 1, STRONGEST)),
+        method="bounded",
+        options={"xatol": FINE},
+    )
+    return _fitted(fit.problem, names, found.x, best.vector) if found.fun < min(scores) else best
+
+
+def _scaled(problem: Problem, vector: Values) -> dict[str, Smooth]:
+    """What is smooth, with its scale from the values of one fit."""
+    out, at = {}, 0
+    for entry in problem.free:
+        values = vector[at : at + entry.size]
+        at += entry.size
+        if not (one := problem.smoothed.get(entry.name)):
+            continue
+        scale = one.scale if math.isfinite(one.scale) else float(np.sqrt(np.mean(values**2)))
+        if not scale > 0:
+            raise ValueError(
+                f"{entry.name} is zero in a fit that is not smooth, so nothing scales it: do not smooth it"
+            )
+        out[entry.name] = one._replace(scale=scale)
+    return out

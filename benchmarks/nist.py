@@ -41,7 +41,7 @@ def loaded(path: Path) -> ModuleType:
     return module
 
 
-nist = loaded(HERE.parent / "tests" / "fit" / "test_nist.py")
+nist = loaded(HERE.parent / "tests" / "fitting" / "search" / "test_nist.py")
 
 
 def attempt(work: Callable[[], np.ndarray], certified: np.ndarray) -> float:
@@ -118,8 +118,8 @@ Made by `make nist` on {date.today().isoformat()}; {machine()}.
 The 27 nonlinear-regression problems of NIST's Statistical Reference Datasets come with certified values and standard
 deviations in 11 digits and with two starting points, far (1) and near (2). They are solved here by the local search
 that every fit of gonio uses, `gonio.fitting.search.descent`, with the same settings for all 27, derivatives by
-differences, and nothing told about a problem but its residual. `tests/fitting/search/test_nist.py` holds {nist.BAR:g} digits of every value on
-all problems from start 2 and on 25 from start 1, and {nist.BAR_DEVIATION:g} digits of every standard deviation.
+differences, and nothing told about a problem but its residual. `tests/fitting/search/test_nist.py` holds {nist.BAR:g}
+digits of every value on all problems from start 2 and on 25 from start 1, and {nist.BAR_DEVIATION:g} digits of every standard deviation.
 
 | problems solved to {nist.BAR:g} digits, of {len(rows)} | start 1 | start 2 |
 |---|---:|---:|

@@ -1,7 +1,7 @@
 """Spectral fits: what smoothing gains over free values, and what many values of a shape parameter cost.
 
-Writes docs/spectral-fits.md and prints it: `make spectral`. The simulated surface is that of tests/fitting/objective/test_smooth.py,
-whose slope and reflectances vary smoothly over the spectrum.
+Writes docs/spectral-fits.md and prints it: `make spectral`. The simulated surface is that of
+tests/fitting/objective/test_smooth.py, whose slope and reflectances vary smoothly over the spectrum.
 """
 
 import importlib.util

@@ -10,12 +10,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.certainty.band import propagate
-from gonio.fitting.search.descent import derivative
+from gonio.fitting.objective.differences import derivative
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.model import Model
 from gonio.plausibility import bihemispherical_reflectance, hemispherical_reflectance
 
 Values = npt.NDArray[np.float64]
@@ -45,7 +44,6 @@ class Derived:
 
 
 def derived(
-    model: Model,
     solution: Solution,
     scan: xr.Dataset,
     theta_i: Sequence[float] | None = None,
@@ -65,9 +63,9 @@ def derived(
     for done, (key, part) in enumerate(parts):
         angles = np.unique(part["theta_i"].values).tolist() if theta_i is None else theta_i
         for k, angle in enumerate(angles):
-            found += _at_incidence(model, solution, part, key, float(angle))
+            found += _at_incidence(solution, part, key, float(angle))
             progress((done + (k + 1) / (len(angles) + 1)) / len(parts))
-        found.append(_albedo(model, solution, part, key))
+        found.append(_albedo(solution, part, key))
         progress((done + 1) / len(parts))
     return found
 
@@ -81,9 +79,10 @@ def _sets(flat: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 
 def _at_incidence(
-    model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float
+    solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float
 ) -> Iterator[Derived]:
-    values_of = _values_of(solution, part, theta_i)
+    """The reflectance and the peak at one incidence angle [deg] of a set."""
+    model, values_of = solution.model, _values_of(solution, part, theta_i)
     where = {"theta_i": theta_i, **key}
 
     def reflectance(values: Values, nodes: int) -> float:
@@ -92,8 +91,8 @@ def _at_incidence(
     def curve(values: Values, theta_r: Values) -> Values:
         return np.asarray(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), values_of(values)))
 
-    yield _integral("reflectance", where, model, solution, reflectance)
-    yield from _peak(where, model, solution, curve, part)
+    yield _integral("reflectance", where, solution, reflectance)
+    yield from _peak(where, solution, curve, part)
 
 
 def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable[[Values], dict[str, float]]:
@@ -104,8 +103,9 @@ def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable
     return lambda values: {name: float(values[place]) for name, place in places.items()}
 
 
-def _albedo(model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
-    stored = solution.dataset
+def _albedo(solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
+    """The bihemispherical reflectance of a set."""
+    stored, model = solution.dataset, solution.model
     grouped = [
         n for n, by in zip(stored["name"].values, stored["by"].values, strict=True) if "theta_i" in by.split(",")
     ]
@@ -115,19 +115,18 @@ def _albedo(model: Model, solution: Solution, part: xr.Dataset, key: Mapping[str
     def albedo(values: Values, nodes: int) -> float:
         return bihemispherical_reflectance(lambda g: np.asarray(model(g, values_of(values))), nodes)
 
-    return _integral("albedo", key, model, solution, albedo, refused)
+    return _integral("albedo", key, solution, albedo, refused)
 
 
 def _integral(
     name: str,
     where: Mapping[str, Any],
-    model: Model,
     solution: Solution,
     integral: Callable[[Values, int], float],
     refused: str = "",
 ) -> Derived:
     """A reflectance, unless the data are relative or the quadrature depends on its nodes."""
-    if solution.dataset.attrs["unit"] != dataset.ABSOLUTE:
+    if solution.unit != dataset.ABSOLUTE:
         refused = RELATIVE
     if refused:
         return Derived(name, where, "1", why=refused)
@@ -136,18 +135,16 @@ def _integral(
     nodes = next(enough, None)
     if nodes is None:
         return Derived(name, where, "1", why=NARROW)
-    found = propagate(model, solution, lambda values: np.array([integral(values, nodes)]))
+    found = propagate(solution, lambda values: np.array([integral(values, nodes)]))
     return Derived(name, where, "1", float(found.value[0]), float(found.uncertainty[0]), float(found.systematic[0]))
 
 
-def _peak(
-    where: Mapping[str, Any], model: Model, solution: Solution, curve: Curve, part: xr.Dataset
-) -> Iterator[Derived]:
+def _peak(where: Mapping[str, Any], solution: Solution, curve: Curve, part: xr.Dataset) -> Iterator[Derived]:
     """The largest value in plane and the half width about it.
 
     The peak moves, and its value does not follow to first order; the half moves by its change over the curve's slope.
     """
-    unit = str(solution.dataset.attrs["unit"])
+    unit = solution.unit
     here = part.isel(direction=np.flatnonzero(dataset.is_in_plane(part) & (part["theta_i"].values == where["theta_i"])))
     if here.sizes["direction"] < 2:
         why = "the scan has no curve in plane at this incidence"
@@ -163,7 +160,7 @@ def _peak(
         moved = sides + (peak / 2 - np.array(halves)) / slopes
         return np.array([peak, np.ptp(moved) / 2] if len(moved) else [peak])
 
-    found = propagate(model, solution, numbers)
+    found = propagate(solution, numbers)
     columns = zip(found.value.tolist(), found.uncertainty.tolist(), found.systematic.tolist(), strict=True)
     yield Derived("peak", where, unit, *next(columns))
     why = "the fit does not fall to half its peak on both sides within the scan"

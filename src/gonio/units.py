@@ -37,7 +37,7 @@ def to_degrees(radians: Any) -> Any:
     return radians * (180.0 / math.pi)
 
 
-def label(unit: str) -> str:
+def unit_label(unit: str) -> str:
     """How a figure or a table writes `unit`; the text itself where the table has no entry."""
     if unit in UNITS:
         return UNITS[unit].label

@@ -15,7 +15,7 @@ from gonio.fitting.certainty.bootstrap import bca, bootstrap, percentile, standa
 from gonio.fitting.certainty.profile import Profile, between, profile
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -154,7 +154,7 @@ def _derived_table(numbers: tuple[Derived, ...]) -> "Table":
     for number in told:
         where = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in number.where.items())
         out.add_row(
-            number.name, where, uncertain(number.value, number.uncertainty, number.systematic), label(number.unit)
+            number.name, where, uncertain(number.value, number.uncertainty, number.systematic), unit_label(number.unit)
         )
     return out
 

@@ -9,7 +9,7 @@ from gonio.app import present
 from gonio.compare import METRICS, metrics
 from gonio.measured import dataset
 from gonio.resampling.difference import STEEP, Difference
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -51,7 +51,7 @@ def by_incidence(found: Difference) -> Iterator[dict[str, Any]]:
 
 def tables(found: Difference, a: str, b: str) -> "Iterator[Table | str]":
     """For people: what was compared, the whole, and each incidence angle."""
-    yield f"[bold]{a}[/bold] against [bold]{b}[/bold], {label(dataset.unit(found.points))}"
+    yield f"[bold]{a}[/bold] against [bold]{b}[/bold], {unit_label(dataset.unit(found.points))}"
     if not found.count:
         yield f"nothing in common: {found.missing} directions of {b} lie outside {a}"
         return

@@ -12,7 +12,7 @@ from gonio.model import Model
 from gonio.models.publications import Published
 from gonio.models.publications import published as surfaces
 from gonio.polarisation import angle_of_linear_polarisation, degree_of_linear_polarisation, reflected
-from gonio.units import label
+from gonio.units import unit_label
 
 Place = tuple[float, float, float]
 
@@ -74,7 +74,7 @@ def record(surface: Surface, places: Sequence[Place], records: Sequence[Mapping[
 def table(surface: Surface, places: Sequence[Place], records: Sequence[Mapping[str, Any]]) -> Any:
     """The evaluation for people."""
     angles = ("theta_i [deg]", "theta_r [deg]", "phi [deg]")
-    unit = label(surface.unit)
+    unit = unit_label(surface.unit)
     if records and "stokes" in records[0]:
         out = present.table("theta_i", "theta_r", "phi", *"IQUV", "DoLP", "AoLP", left=0)
         out.caption, out.caption_justify = f"Stokes parameters in {unit}; angles in deg", "left"

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from gonio.app.present import figure, table, uncertain
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -38,7 +38,7 @@ def _listed(parameters: Mapping[str, Any], parts: str) -> "Table":
     for name, p in parameters.items():
         values = {f"{name}[{group}]": value for group, value in p["values"].items()} if "by" in p else {name: p}
         for full, value in values.items():
-            out.add_row(escape(full), _stated(value), label(p["unit"]))
+            out.add_row(escape(full), _stated(value), unit_label(p["unit"]))
     out.columns[2].justify = "left"
     return out
 
@@ -47,7 +47,7 @@ def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
     from rich.markup import escape
 
     coordinates = [_with_unit(name, COORDINATE_UNITS.get(name, "")) for name in by.split(",")]
-    heads = [_with_unit(name, label(p["unit"])) for name, p in parameters.items()]
+    heads = [_with_unit(name, unit_label(p["unit"])) for name, p in parameters.items()]
     out = table(*coordinates, *heads, left=len(coordinates))
     for group in next(iter(parameters.values()))["values"]:
         values = [p["values"][group] for p in parameters.values()]

@@ -13,7 +13,7 @@ from gonio.measured import dataset
 from gonio.measured.check import check
 from gonio.measured.half_width import half_widths
 from gonio.measured.stack import foreign_dims
-from gonio.units import label
+from gonio.units import unit_label
 
 MOST_LINES = 40  # of a file's own remarks
 MOST_POINTS = 100_000  # of a scan whose curves are read for their half widths
@@ -90,7 +90,7 @@ def _range(values: np.ndarray) -> list[float]:
 
 def tables(record: dict[str, Any]) -> Iterator[Any]:
     """The same for people."""
-    yield f"[bold]{record['file']}[/bold]: {record['format']}, {record['quantity']} \\[{label(record['unit'])}]"
+    yield f"[bold]{record['file']}[/bold]: {record['format']}, {record['quantity']} \\[{unit_label(record['unit'])}]"
     low, high = record["theta_r"]
     facts = present.table("", "", left=2)
     facts.show_header = False

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gonio.app import provisos
 from gonio.files import replacing
 from gonio.model import declarations
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -169,7 +169,7 @@ def model_lines(model: "Model") -> Iterator[Any]:
         if text := equation(term):
             yield Padding(f"[dim]{escape(text)}[/dim]", (0, 0, 1, 4))
     for name, p in model.shape.items():
-        unit = f" {label(p.unit)}".rstrip()
+        unit = f" {unit_label(p.unit)}".rstrip()
         yield f"[bold]{name}[/bold]: {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}"
     rows = table("at default shape", "reciprocity", "reflectance to 85 deg", "least value", left=2)
     for row in physics_rows(model):

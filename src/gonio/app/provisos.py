@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,7 +111,7 @@ def _place(points: "xr.Dataset", most: int = 3) -> str:
         low, high = float(points[angle].min()), float(points[angle].max())
         ranges.append(f"{angle} {low:g}" if low == high else f"{angle} {low:g} to {high:g}")
     count = points.sizes["direction"]
-    text = f"{count} point{'s' * (count > 1)} near {', '.join(ranges)} {label('degree')}"
+    text = f"{count} point{'s' * (count > 1)} near {', '.join(ranges)} {unit_label('degree')}"
     if "line" not in points.variables:
         return text
     lines = [str(int(line)) for line in points["line"].values[:most]]

@@ -9,7 +9,7 @@ import xarray as xr
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS, flatten, in_use
 from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.measured.stack import foreign_dims
-from gonio.units import label
+from gonio.units import unit_label
 
 
 class Severity(StrEnum):
@@ -152,6 +152,6 @@ def _lines(scan: xr.Dataset, where: np.ndarray, most: int = 5) -> str:
     if "line" in scan.variables:
         lines = scan["line"].values[rows[:most]]
         return f"line{'s' if len(rows) > 1 else ''} {', '.join(str(int(n)) for n in lines)}{rest}"
-    degree = label("degree")
+    degree = unit_label("degree")
     angles = [[f"{scan[a].values[row]:g}" for a in ANGLES] for row in rows[:most]]
     return "; ".join(f"theta_i {i}, theta_r {r}, phi {p} {degree}" for i, r, p in angles) + rest

@@ -61,7 +61,7 @@ def one_scan(stack: xr.Dataset, lanes: Sequence[str]) -> xr.Dataset:
     return first.assign(filled)
 
 
-class Lanes:
+class StackLanes:
     """The lanes of a stack, read so many at a time: a stack on disk is never held whole.
 
     Lanes are numbered along the flattened lane dimensions, the last running fastest.

@@ -7,7 +7,7 @@ import numpy as np
 
 from gonio.fitting.certainty.profile import Profile
 from gonio.plot.style import COLOURS, heading, house_style, new_figure, shared_legend
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,5 +47,5 @@ def _draw(ax: "Axes", one: Profile, uncertainty: float) -> None:
         parabola = ((fine - one.value) / uncertainty) ** 2
         ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
     ax.axhline(one.factor**2, color="0.4", linewidth=0.8, label=f"{100 * one.level:g} % level")
-    ax.set_xlabel(f"{one.name} [{label(one.unit) or '1'}]")
+    ax.set_xlabel(f"{one.name} [{unit_label(one.unit) or '1'}]")
     ax.locator_params(axis="x", nbins=4)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gonio.plot.style import heading, house_style, line_style, new_figure, shared_legend
-from gonio.units import label
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def _panel(ax: "Axes", name: str, fits: Mapping[str, Mapping[str, Any]], known: 
             ax.plot(x, y, **style, label=text)
             ax.errorbar(x[sure], y[sure], spread[sure], fmt="o", markersize=3, capsize=2, color=style["color"])
             ax.plot(x[~sure], y[~sure], "o", markersize=4, markerfacecolor="white", color=style["color"])
-    unit = label(str(next(iter(fits.values()))["unit"])) or "1"
+    unit = unit_label(str(next(iter(fits.values()))["unit"])) or "1"
     ax.set_xlabel("wavelength [nm]")
     ax.set_ylabel(f"{name} [{unit}]")
 

@@ -1,6 +1,7 @@
 """How a fit scatters when its scan is drawn again from itself: intervals without a formula for the covariance."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -9,10 +10,9 @@ from scipy.special import ndtr, ndtri
 
 from gonio.fitting.certainty.covariance import left_out, robust, tangent
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.search.descent import Tangent
+from gonio.fitting.objective.tangent import Tangent
 from gonio.fitting.search.refit import refit
 from gonio.fitting.search.solver import Progress, silent
-from gonio.fitting.search.strength import resolved
 from gonio.fitting.solution import Solution
 
 Values = npt.NDArray[np.float64]
@@ -45,23 +45,23 @@ def bootstrap(
     Raises ValueError for another kind, for too few draws, or for a robust loss.
     """
     refuse_unfit(problem, kind, draws)
-    problem = resolved(problem)
-    found = solution.vector(problem.names)
-    plane, residual = tangent(problem, found), problem.difference(problem.brdf(found))
-    told = np.isfinite(np.diag(robust(plane, residual)))
+    problem = solution.as_fitted(problem)
+    vector = solution.vector(problem.names)
+    plane, residual = tangent(problem, vector), problem.difference(problem.brdf(vector))
+    determined = np.isfinite(np.diag(robust(plane, residual)))
     random = np.random.default_rng(seed)
     resampled = _wild(plane, residual, random) if kind == "residual" else _pairs(len(residual), random)
-    values = np.empty((len(found), draws))
+    values = np.empty((len(vector), draws))
     for draw, (factor, offset, counts) in zip(range(draws), resampled, strict=False):
-        end = refit(problem, found, factors=factor, offset=offset)
-        values[:, draw] = np.where(told & _seen(problem, counts) & (not end.exhausted), end.point, np.nan)
+        end = refit(problem, vector, factors=factor, offset=offset)
+        values[:, draw] = np.where(determined & _seen(problem, counts) & (not end.exhausted), end.point, np.nan)
         progress((draw + 1) / draws)
     # signs are as likely either way, so that a wild draw has no skewness to accelerate
-    skewness = _acceleration(plane, residual) if kind == "pairs" else np.zeros(len(found))
+    skewness = _acceleration(plane, residual) if kind == "pairs" else np.zeros(len(vector))
     return xr.Dataset(
         {
             "value": (("parameter", "draw"), values),
-            "estimate": ("parameter", found),
+            "estimate": ("parameter", vector),
             "acceleration": ("parameter", skewness),
         },
         coords={"parameter": list(problem.names)},
@@ -108,7 +108,7 @@ def standard_deviations(drawn: xr.Dataset) -> dict[str, float]:
 def kept(solution: Solution, drawn: xr.Dataset) -> Solution:
     """The solution with its draws as a variable `bootstrap` (parameter, draw), to be saved with it."""
     draws = drawn["value"].reindex(parameter=solution.dataset["parameter"].values).drop_vars("parameter")
-    return Solution(solution.dataset.assign(bootstrap=(draws.dims, draws.values, dict(drawn.attrs))))
+    return replace(solution, dataset=solution.dataset.assign(bootstrap=(draws.dims, draws.values, dict(drawn.attrs))))
 
 
 def _wild(plane: Tangent, residual: Values, random: np.random.Generator) -> Iterator[Resampled]:
@@ -143,7 +143,7 @@ def _quantiles(drawn: xr.Dataset, tails: Values) -> dict[str, tuple[float, float
     rows = zip(drawn["parameter"].values.tolist(), drawn["value"].values, tails, strict=True)
     out = {}
     for name, values, ends in rows:
-        told = bool(np.isfinite(values).all() and np.isfinite(ends).all())
-        low, high = np.quantile(values, ends, method="weibull").tolist() if told else (np.nan, np.nan)
+        known = bool(np.isfinite(values).all() and np.isfinite(ends).all())
+        low, high = np.quantile(values, ends, method="weibull").tolist() if known else (np.nan, np.nan)
         out[name] = (low, high)
     return out

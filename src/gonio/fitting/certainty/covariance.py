@@ -1,30 +1,42 @@
-"""How sure a fitted value is: covariance and systematic shift from the full Jacobian, projected weights included."""
+"""How sure a fitted value is: covariance and systematic shift from the full Jacobian, projected weights included.
+
+With J the derivative (points, values) of the residual r, and A = (J'J)^-1 J', a change e of the measured values moves
+the fitted ones by A e. Every kind of covariance is A S A', with S what it takes for the covariance of e:
+
+    robust     S = diag(r_k^2 / (1 - h_k)^2), with the leverage h_k = (J A)_kk (HC3, mackinnon1985)
+    scaled     S = s^2 I, with s^2 = r'r / (points - values)
+    absolute   S = diag(u_k^2), with u_k the stated uncertainty times the root weight of each point
+"""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fitting.certainty import bulk
+from gonio.fitting.covariance_kinds import ABSOLUTE, COVARIANCES, DEFAULT, infinite
+from gonio.fitting.objective.blocks import in_blocks
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.objective.slopes import jacobian
+from gonio.fitting.objective.tangent import ALONE, Tangent
 from gonio.fitting.objective.weighting import stated
-from gonio.fitting.search.descent import Tangent, derivative
 
 Values = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 Estimator = Callable[[Tangent, Values], Values]
-
-COVARIANCES: Mapping[str, str] = {
-    "robust": "from the scatter about the fit, however it depends on the signal (HC3)",
-    "scaled": "from the scatter about the fit, alike at every weighted point",
-    "absolute": "from the uncertainty that the scan states, taken at its word",
-}
-DEFAULT, ABSOLUTE = "robust", "absolute"
-ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly, which says nothing about its error
 
 
 def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Values | None = None) -> Values:
-    """Covariance of the free values of a problem at an optimum (n, n), of a kind of COVARIANCES."""
-    return estimator(problem, kind, slope)(tangent(problem, vector), problem.difference(problem.brdf(vector)))
+    """Covariance (n, n) of the free values of a problem at an optimum (n,), of a kind of COVARIANCES.
+
+    slope (points,): as `robust` takes it. Infinite on the diagonal for values that the data do not determine.
+    Raises ValueError as `estimator` does.
+    """
+    if blocked := in_blocks(problem):
+        return bulk.covariance(problem, blocked, vector, kind)
+    residual = problem.difference(problem.brdf(vector))
+    return estimator(problem, kind, slope)(tangent(problem, vector), residual)
 
 
 def tangent(problem: Problem, vector: Values) -> Tangent:
@@ -58,7 +70,7 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
     different points are independent and the model right; where the model is wrong it is a lower bound.
 
     Rows of the plane beyond the residual are those of a penalty: they hold the values, and have no error of their own.
-    The covariance is then that of a biased estimate about its own mean, and does not hold what smoothing takes away.
+    The covariance is then that of a biased estimate about its own mean, and does not contain the bias of smoothing.
     slope (points,): by how much less than for squared errors the loss pulls back a residual that grows, from -1 to 1,
     for residuals that hold the loss's weights: then it is the sandwich of an estimate under that loss (huber1967).
     """
@@ -68,7 +80,6 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
     if slope is not None and not np.all(slope == 1):
         bread = basis.T @ (slope[:, None] * basis) + held.T @ held
         inverse = plane.directions @ np.linalg.pinv(bread) @ basis.T
-    spread = inverse * error
     unknown = plane.blind
     if alone.any():
         unknown = unknown | (np.abs(inverse[:, alone]).max(axis=1) > 1e-9 * np.abs(inverse).max(axis=1))
@@ -77,7 +88,7 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
 
 
 def scaled(plane: Tangent, residual: Values) -> Values:
-    """The textbook's covariance s^2 (J'J)^-1, which holds where the residual scatters alike at every point."""
+    """The textbook's covariance s^2 (J'J)^-1 (n, n), which holds where the residual scatters alike at every point."""
     basis = plane.basis[: len(residual)]
     freedom = len(residual) - float(np.sum(basis**2))  # a penalty leaves fewer values than it holds
     if freedom < 1:
@@ -87,58 +98,36 @@ def scaled(plane: Tangent, residual: Values) -> Values:
 
 
 def absolute(plane: Tangent, error: Values) -> Values:
-    """Covariance from the standard deviation of every residual: the law of propagation, under any weighting."""
+    """Covariance (n, n) from the standard deviation (points,) of every residual: the law of propagation."""
     spread = (plane.directions @ plane.basis[: len(error)].T) * error
     return infinite(spread @ spread.T, plane.blind)
 
 
-def left_out(plane: Tangent, residual: Values) -> tuple[Values, npt.NDArray[np.bool_]]:
-    """The residual of each point in a fit without it, to first order, and which points a value fits alone (zero)."""
-    leverage = np.sum(plane.basis[: len(residual)] ** 2, axis=1)
+def left_out(plane: Tangent, residual: Values) -> tuple[Values, Mask]:
+    """The residual (points,) of each point in a fit without it, r_k / (1 - h_k) to first order.
+
+    Also which points a value fits alone, for which that is zero over zero, and zero is returned.
+    """
+    leverage = plane.leverage(len(residual))
     alone = leverage > ALONE
     return np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage)), alone
 
 
-def systematic_shift(slopes: Values, error: Values, pinned: npt.NDArray[np.bool_]) -> Values:
-    """Change of the values (n,) where every residual changes by its `error` at once; infinite where not determined.
+def systematic_shift(problem: Problem, vector: Values, pinned: Mask) -> Values:
+    """Shift (n,) of the free values by one systematic standard uncertainty; NaN unless the scan states it everywhere.
 
-    slopes: the Jacobian (points and rows of a penalty, n); the latter have no error. pinned: values at a bound, which
-    stay there.
+    All points err at once and to the same side, so the shift has a sign, and errors of points add up: it is A e with e
+    the systematic uncertainty of every residual. pinned (n,): values at a bound, which stay there. Infinite for values
+    that the data do not determine.
     """
+    uncertainty = problem.points.get("uncertainty_systematic")
+    if uncertainty is None or not (uncertainty.values >= 0).all():
+        return np.full(len(vector), np.nan)
+    error = problem.error(uncertainty.values)
+    if blocked := in_blocks(problem):
+        return bulk.systematic_shift(blocked, vector, error, pinned)
+    slopes = np.concatenate([jacobian(problem, vector), problem.penalty])
     shift = np.zeros(slopes.shape[1])
     plane = Tangent(slopes[:, ~pinned])
     shift[~pinned] = np.where(plane.blind, np.inf, plane.directions @ (plane.basis[: len(error)].T @ error))
     return shift
-
-
-def jacobian(problem: Problem, vector: Values) -> Values:
-    """Derivative of the residual (points, n) with respect to weights (exact) and shape (differences)."""
-    n = problem.n_weights
-    weights, shape = vector[:n], vector[n:]
-
-    def brdf(shape: Values) -> Values:
-        return problem.brdf(np.concatenate([np.broadcast_to(weights, (*shape.shape[:-1], n)), shape], axis=-1))
-
-    matrix, fixed = problem.design(shape)
-    columns = matrix
-    if len(shape):
-        # scale of a value that is zero: little against what any unit of ours resolves
-        moved = derivative(brdf, shape, problem.lower[n:], problem.upper[n:], scale=1e-3, vectorised=True)
-        columns = np.concatenate([matrix, moved], axis=1)
-    return residual_slopes(problem, matrix @ weights + fixed, columns)
-
-
-def residual_slopes(problem: Problem, modelled: Values, columns: Values) -> Values:
-    """Derivative of the residual (points, n) from that of the BRDF, `modelled` at every point."""
-    if problem.logarithmic:
-        seen = modelled > np.finfo(float).tiny  # below, the residual keeps the logarithm of this
-        columns = np.where(seen, columns.T / np.where(seen, modelled, 1.0), 0.0).T
-    out: Values = problem.root_weights[:, None] * columns
-    return out
-
-
-def infinite(found: Values, unknown: npt.NDArray[np.bool_]) -> Values:
-    """The covariance with the values that are not determined marked."""
-    found[unknown, :] = found[:, unknown] = 0.0
-    found[unknown, unknown] = np.inf
-    return found

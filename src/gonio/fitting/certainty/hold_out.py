@@ -8,7 +8,6 @@ import xarray as xr
 
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.reweighting import settle
-from gonio.fitting.search.strength import resolved
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
 
@@ -28,10 +27,10 @@ def folds(points: xr.Dataset, by: str) -> list[Fold]:
     k, as many folds of blocks of 5 deg in theta_r, dealt out in turn.
     Raises ValueError where that leaves nothing out or nothing in.
     """
-    found = list(_folds(points, by))
-    if not found or any(left.all() or not left.any() for _, left in found):
-        raise ValueError(f"leaving out by {by} needs at least two parts of the scan, and it has {max(len(found), 1)}")
-    return found
+    parts = list(_folds(points, by))
+    if not parts or any(left_out.all() or not left_out.any() for _, left_out in parts):
+        raise ValueError(f"leaving out by {by} needs at least two parts of the scan, and it has {max(len(parts), 1)}")
+    return parts
 
 
 def _folds(points: xr.Dataset, by: str) -> Iterator[Fold]:
@@ -61,13 +60,13 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     """
     flat = problem.points
     parts = folds(flat, by)
-    problem = resolved(problem)
-    found = solution.vector(problem.names)
+    problem = solution.as_fitted(problem)
+    vector = solution.vector(problem.names)
     out = np.full(flat.sizes["direction"], np.nan)
     for name, left in parts:
         _refuse_unseen(problem, name, left)
         shown = problem.part(np.flatnonzero(~left))
-        out[left] = problem.brdf(settle(shown, found, SETTLED, STEPS).vector)[left]
+        out[left] = problem.brdf(settle(shown, vector, SETTLED, STEPS).vector)[left]
     return out, parts
 
 

@@ -1,4 +1,9 @@
-"""Which values the data tell, which trade off against each other, and which combinations of them are told anyway."""
+"""Which values the data determine, which trade off against each other, and which combinations are determined anyway.
+
+Two values trade off where a change of one makes up for a change of the other, so that the data determine some
+combination of both and neither alone. With R the correlation matrix of the fitted values, the standard uncertainty of
+value k is sqrt((R^-1)_kk) times the one that it would have if all others were known: its inflation (belsley1980).
+"""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -9,25 +14,25 @@ import numpy.typing as npt
 
 from gonio.fitting.certainty.profile import Profile
 from gonio.fitting.solution import Solution
-from gonio.model import Model
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
 TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
-STABLE = 1 / 3  # of the relative uncertainty of either part: a ratio or product that is told although they are not
-NAMED = 4  # partners that a verdict in words names at most
+STABLE = 1 / 3  # of the relative uncertainty of either part: a ratio or product that is determined although they are not
+NAMED = 4  # partners that a sentence names at most
 STEEP = 85.0  # deg: beyond, goniometers see little
 DIFFERENCE = 1e-6  # relative step of the derivative of a declared combination
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Determination:
     """What the data say of one free value.
 
-    determined: False where it trades off or is not told at all. inflation: its standard uncertainty over the one that
-    it would have if all others were known. partners: the values that make up for it.
+    determined: False where it trades off, is at its bound, or does not matter at all. inflation: its standard
+    uncertainty over the one that it would have if all others were known. partners: the values that make up for it.
+    words: the same as a sentence, with what to do.
     """
 
     name: str
@@ -47,44 +52,83 @@ class Combination:
 
     @property
     def relative(self) -> float:
+        """Uncertainty over value, infinite for a value of zero."""
         return abs(self.uncertainty / self.value) if self.value else np.inf
 
 
-def verdicts(solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()) -> list[Verdict]:
-    """One verdict for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
+@dataclass(frozen=True)
+class _Free:
+    """What a fit was free to change: names, values (n,) and covariance (n, n)."""
 
-    A value whose profile was computed is told with what the data allow, which holds where the covariance does not.
+    names: list[str]
+    values: Values
+    covariance: Values
+
+    @classmethod
+    def of(cls, solution: Solution) -> "_Free":
+        free = np.flatnonzero(~solution.dataset["held"].values)
+        names = solution.dataset["parameter"].values[free].tolist()
+        covariance = solution.dataset["covariance"].values[np.ix_(free, free)]
+        return cls(names, solution.dataset["value"].values[free], covariance)
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        return dict(zip(self.names, self.values, strict=True))
+
+
+def determinations(
+    solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()
+) -> list[Determination]:
+    """One for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
+
+    A value whose profile was computed is said with what the data allow, which holds where the covariance does not.
     """
     allowed = {p.name: f"; the data allow {p.name} {p.words}" for p in profiles}
-    return [replace(v, words=v.words + allowed.get(v.name, "")) for v in _verdicts(solution, farthest)]
+    return [replace(d, words=d.words + allowed.get(d.name, "")) for d in _determinations(solution, farthest)]
 
 
-def _verdicts(solution: Solution, farthest: float) -> list[Verdict]:
-    names, _, covariance = _free(solution)
-    told = np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
+def _determinations(solution: Solution, farthest: float) -> list[Determination]:
+    free = _Free.of(solution)
+    variance = np.diag(free.covariance)
+    known = np.isfinite(variance) & (variance > 0)
     at_bound = dict(zip(solution.values, solution.dataset["at_bound"].values.tolist(), strict=True))
-    inside = np.flatnonzero(told & np.array([not at_bound[name] for name in names], dtype=bool))
-    sub = covariance[np.ix_(inside, inside)]
+    inside = np.flatnonzero(known & np.array([not at_bound[name] for name in free.names], dtype=bool))
+    sub = free.covariance[np.ix_(inside, inside)]
     spread = np.sqrt(np.diag(sub))
     correlation = sub / np.outer(spread, spread) if inside.size else sub
     near = ~_apart(solution)[np.ix_(inside, inside)]
     inflation = _inflation(correlation, near)
+    names = [free.names[k] for k in inside]
     out = []
-    for k, name in enumerate(names):
+    for k, name in enumerate(free.names):
         if at_bound[name]:
-            out.append(
-                Verdict(name, False, np.nan, (), "at its bound: the data would have it beyond, or do not tell it")
-            )
-        elif not told[k]:
-            out.append(Verdict(name, False, np.inf, (), "not determined: no value fits better than another; hold it"))
+            words = "at its bound: the data would have it beyond, or do not determine it"
+            out.append(Determination(name, False, np.nan, (), words))
+        elif not known[k]:
+            words = "not determined: no value fits better than another; hold it"
+            out.append(Determination(name, False, np.inf, (), words))
         else:
             at = int(np.flatnonzero(inside == k)[0])
-            others = [names[inside[j]] for j in np.argsort(-np.abs(correlation[at])) if near[at, j] and j != at]
-            strong = tuple(o for o in others if abs(correlation[at, _at(names, inside, o)]) > TOGETHER)
-            traded = bool(inflation[at] > INFLATED and strong)
-            words = _traded(inflation[at], strong, farthest) if traded else "determined"
-            out.append(Verdict(name, not traded, float(inflation[at]), strong if traded else (), words))
+            partners = _partners(names, correlation[at], near[at], at)
+            out.append(_determination(name, float(inflation[at]), partners, farthest))
     return out
+
+
+def _partners(names: list[str], correlation: Values, near: Mask, at: int) -> tuple[str, ...]:
+    """The values that make up for one, the strongest first, from its correlation (n,) with every value."""
+    strong = [k for k in np.argsort(-np.abs(correlation)) if near[k] and k != at and abs(correlation[k]) > TOGETHER]
+    return tuple(names[k] for k in strong)
+
+
+def _determination(name: str, inflation: float, partners: tuple[str, ...], farthest: float) -> Determination:
+    """What is said of a value inside its bounds whose uncertainty is known."""
+    if not (inflation > INFLATED and partners):
+        return Determination(name, True, inflation, (), "determined")
+    named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
+    listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+    elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
+    words = f"trades off with {listed}, {inflation:.0f} times as uncertain as alone: hold one, or {elsewhere}"
+    return Determination(name, False, inflation, partners, words)
 
 
 def _inflation(correlation: Values, near: Mask) -> Values:
@@ -111,36 +155,40 @@ def _apart(solution: Solution) -> Mask:
     return apart
 
 
-def combinations(model: Model, solution: Solution) -> list[Combination]:
-    """Numbers that the data tell although their parts trade off: what the model declares, then ratios and products."""
-    names, values, covariance = _free(solution)
-    known = dict(zip(names, values, strict=True))
+def combinations(solution: Solution) -> list[Combination]:
+    """Numbers that the data determine although their parts trade off.
+
+    First those that the model declares, then ratios and products of two values that trade off.
+    """
+    free = _Free.of(solution)
     out = []
-    for name, of in model.combinations.items():
+    for name, of in solution.model.combinations.items():
         try:
-            declared = _declared(name, of, known, solution.values, covariance, names)
+            declared = _declared(name, of, solution, free)
         except KeyError:  # a part of it has one value a group
             continue
-        if declared.relative < _surest_part(name, names, values, covariance):
+        if declared.relative < _surest_part(name, free):
             out.append(declared)
-    traded = [v for v in verdicts(solution) if not v.determined and v.partners]
-    pairs = {tuple(sorted((v.name, p), key=names.index)) for v in traded for p in v.partners}
-    for one, two in sorted(pairs, key=lambda pair: (names.index(pair[0]), names.index(pair[1]))):
+    traded = [d for d in determinations(solution) if not d.determined and d.partners]
+    pairs = {tuple(sorted((d.name, p), key=free.names.index)) for d in traded for p in d.partners}
+    for one, two in sorted(pairs, key=lambda pair: (free.names.index(pair[0]), free.names.index(pair[1]))):
         for sign, mark in ((-1, "/"), (1, " ")):
-            found = _pair(one, two, sign, mark, known, covariance, names)
-            if found and not any(set(_words(c.name)) >= {one, two} for c in out):
-                out.append(found)
+            pair = _pair(one, two, sign, mark, free)
+            if pair and not any(set(_words(c.name)) >= {one, two} for c in out):
+                out.append(pair)
     return out
 
 
-def _pair(
-    one: str, two: str, sign: int, mark: str, known: Mapping[str, float], covariance: Values, names: list[str]
-) -> Combination | None:
-    """One times two to the power of `sign`, where that is much better known than either."""
+def _pair(one: str, two: str, sign: int, mark: str, free: _Free) -> Combination | None:
+    """One times two to the power of `sign`, where that is much better known than either; else None.
+
+    The relative variance of x y^s is v_xx/x^2 + 2 s v_xy/(x y) + s^2 v_yy/y^2, with v the covariance.
+    """
+    known = free.by_name
     if not known[one] or not known[two]:
         return None
-    at = [names.index(one), names.index(two)]
-    scaled = covariance[np.ix_(at, at)] / np.outer([known[one], known[two]], [known[one], known[two]])
+    at = [free.names.index(one), free.names.index(two)]
+    scaled = free.covariance[np.ix_(at, at)] / np.outer([known[one], known[two]], [known[one], known[two]])
     direction = np.array([1.0, sign])
     relative = float(np.sqrt(max(direction @ scaled @ direction, 0.0)))
     if not relative < STABLE * np.sqrt(min(scaled[0, 0], scaled[1, 1])):
@@ -149,53 +197,30 @@ def _pair(
     return Combination(f"{one}{mark}{two}", value, abs(value) * relative)
 
 
-def _declared(
-    name: str,
-    of: object,
-    known: Mapping[str, float],
-    all_values: Mapping[str, float],
-    covariance: Values,
-    names: list[str],
-) -> Combination:
+def _declared(name: str, of: object, solution: Solution, free: _Free) -> Combination:
+    """A combination that the model declares as a function of the values by name."""
     assert callable(of)
-    values = {**all_values, **known}
+    values: Mapping[str, float] = {**solution.values, **free.by_name}
     value = float(of(values))
-    slope = np.zeros(len(names))
-    for k, parameter in enumerate(names):
+    slope = np.zeros(len(free.names))
+    for k, parameter in enumerate(free.names):
         step = DIFFERENCE * max(abs(values[parameter]), DIFFERENCE)
         ahead, behind = ({**values, parameter: values[parameter] + s} for s in (step, -step))
         slope[k] = (float(of(ahead)) - float(of(behind))) / (2 * step)
     parts = np.flatnonzero(slope)
-    variance = slope[parts] @ covariance[np.ix_(parts, parts)] @ slope[parts]
+    variance = slope[parts] @ free.covariance[np.ix_(parts, parts)] @ slope[parts]
     return Combination(name, value, float(np.sqrt(variance)) if np.isfinite(variance) else np.inf)
 
 
-def _surest_part(name: str, names: list[str], values: Values, covariance: Values) -> float:
+def _surest_part(name: str, free: _Free) -> float:
     """Least relative uncertainty of the values that a combination's name names, infinite where they are held."""
-    at = [names.index(word) for word in _words(name) if word in names]
-    relative = [np.sqrt(covariance[k, k]) / abs(values[k]) for k in at if values[k]]
+    at = [free.names.index(word) for word in _words(name) if word in free.names]
+    relative = [np.sqrt(free.covariance[k, k]) / abs(free.values[k]) for k in at if free.values[k]]
     return float(min(relative, default=np.inf))
 
 
 def _words(name: str) -> list[str]:
+    """The names of parameters in that of a combination such as `kdd/(pi gamma)`."""
     return [
         w for w in itertools.chain(*(part.split("/") for part in name.replace("(", " ").replace(")", " ").split())) if w
     ]
-
-
-def _at(names: list[str], inside: npt.NDArray[np.intp], name: str) -> int:
-    return int(np.flatnonzero(inside == names.index(name))[0])
-
-
-def _traded(inflation: float, partners: tuple[str, ...], farthest: float) -> str:
-    named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
-    listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
-    elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
-    return f"trades off with {listed}, {inflation:.0f} times as uncertain as alone: hold one, or {elsewhere}"
-
-
-def _free(solution: Solution) -> tuple[list[str], Values, Values]:
-    """Names, values and covariance of what the fit was free to change."""
-    free = np.flatnonzero(~solution.dataset["held"].values)
-    names = solution.dataset["parameter"].values[free].tolist()
-    return names, solution.dataset["value"].values[free], solution.dataset["covariance"].values[np.ix_(free, free)]

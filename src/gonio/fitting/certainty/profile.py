@@ -10,11 +10,11 @@ from scipy.optimize import brentq
 
 from gonio.fitting.certainty.covariance import estimator, tangent
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.search.descent import Tangent
-from gonio.fitting.search.refit import SMALLEST, refit
-from gonio.fitting.search.strength import resolved
+from gonio.fitting.objective.differences import SMALLEST
+from gonio.fitting.objective.tangent import Tangent
+from gonio.fitting.search.refit import refit
 from gonio.fitting.solution import Solution
-from gonio.units import label
+from gonio.units import unit_label
 
 Values = npt.NDArray[np.float64]
 
@@ -22,7 +22,7 @@ STEP = 0.25  # of the coverage factor: how far the rise should grow from one fit
 GUESS = 0.1  # of a value whose standard uncertainty is infinite
 ROUNDING = 1e-20  # of the mean squared measurement: a variance of residuals that is arithmetic alone
 FARTHEST = 60  # fits on one side at most; steps that gain little double, so that this reaches any scale
-BETTER = 1e-3  # squared rise below zero, from which another minimum is better and no rounding
+ANOTHER = 1e-3  # squared rise below zero, from which another minimum is better and no rounding
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Profile:
     @property
     def words(self) -> str:
         """What the data allow: `from 30 deg upwards`."""
-        unit = f" {label(self.unit)}".rstrip()
+        unit = f" {unit_label(self.unit)}".rstrip()
         if self.open_below and self.open_above:
             return "at any value"
         if self.open_above:
@@ -108,17 +108,17 @@ class _Minimum:
 
     def __init__(self, problem: Problem, solution: Solution) -> None:
         refuse_unfit(problem)
-        self.problem = problem = resolved(problem)
+        self.problem = problem = solution.as_fitted(problem)
         self.best = refit(problem, solution.vector(problem.names))
         plane, residual = tangent(problem, self.best.point), problem.difference(problem.brdf(self.best.point))
         estimate = estimator(problem, solution.covariance_kind)
         variance = np.diag(estimate(plane, residual))
-        told = np.isfinite(variance) & (variance > 0)
+        known = np.isfinite(variance) & (variance > 0)
         unscaled = np.sum(plane.directions**2, axis=1)
         level = Tangent(np.ones((len(residual), 1)))  # a mean of all residuals, whose variance every kind can tell
         noise = float(estimate(level, residual)[0, 0]) * len(residual)
-        self.scale = np.where(told, variance / np.where(told, unscaled, 1.0), noise)
-        self.sigma = np.where(told, np.sqrt(variance), GUESS * np.maximum(np.abs(self.best.point), SMALLEST))
+        self.scale = np.where(known, variance / np.where(known, unscaled, 1.0), noise)
+        self.sigma = np.where(known, np.sqrt(variance), GUESS * np.maximum(np.abs(self.best.point), SMALLEST))
 
     def line(self, name: str) -> "_Line":
         if name not in self.problem.names:
@@ -162,7 +162,7 @@ class _Line:
         start[self.place] = at
         end = refit(self.problem, start, held=self.place)
         squared = (end.cost - self.best.cost) / self.scale
-        if squared < -BETTER:
+        if squared < -ANOTHER:
             name = self.problem.names[self.place]
             raise ValueError(
                 f"the profile of {name} met a better fit at {name} = {at:g} than the solution: "

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from gonio.fitting.many.layout import Layout
-from gonio.fitting.many.projection import Lanes, State, basis, begin, full, left, shape_values, summed, times, weighted
+from gonio.fitting.many.projection import LaneArrays, State, basis, begin, full, left, shape_values, summed, times, weighted
 
 Array = jax.Array
 
@@ -41,9 +41,9 @@ class _Walk(NamedTuple):
 
 
 @functools.partial(jax.jit, static_argnames=("layout", "chains"))
-def annealed(layout: Layout, lanes: Lanes, keys: Array, schedule: Schedule, iterations: Array, chains: int) -> State:
+def annealed(layout: Layout, lanes: LaneArrays, keys: Array, schedule: Schedule, iterations: Array, chains: int) -> State:
     """The best that any chain of each lane met, as the end of a search; `keys` are one a lane."""
-    chained = Lanes(*lanes[:3], *(_chained(lanes, a, chains) for a in lanes[3:]))
+    chained = LaneArrays(*lanes[:3], *(_chained(lanes, a, chains) for a in lanes[3:]))
     size, count = layout.n + layout.d, keys.shape[0] * chains
 
     def normal(key: Array, k: Array) -> Array:
@@ -93,7 +93,7 @@ def annealed(layout: Layout, lanes: Lanes, keys: Array, schedule: Schedule, iter
     )
 
 
-def _chained(lanes: Lanes, values: Array, chains: int) -> Array:
+def _chained(lanes: LaneArrays, values: Array, chains: int) -> Array:
     """What is each lane's own, once for every chain."""
     own = values.shape[-1] == lanes.target.shape[-1]
     return jnp.repeat(values, chains, axis=-1) if own else values
@@ -104,7 +104,7 @@ def _by_chain(drawn: Array, size: int, chains: int) -> Array:
     return jnp.moveaxis(drawn.reshape(-1, size, chains), 1, 0).reshape(size, -1)
 
 
-def _objective(layout: Layout, lanes: Lanes, unit: Array) -> tuple[Array, Array]:
+def _objective(layout: Layout, lanes: LaneArrays, unit: Array) -> tuple[Array, Array]:
     """E and the weights at coordinates (n + d, lanes), as `Anneal` has them.
 
     A weight without an upper bound reaches to where its term alone fits best: no optimum of such terms lies above.

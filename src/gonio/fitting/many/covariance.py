@@ -9,7 +9,7 @@ import numpy as np
 from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.projection import (
     Columns,
-    Lanes,
+    LaneArrays,
     State,
     basis,
     full,
@@ -28,7 +28,7 @@ ALONE = 1e-9  # 1 - leverage of a point that one value fits exactly, which says 
 
 
 @functools.partial(jax.jit, static_argnames=("layout", "kind"))
-def covariance(layout: Layout, lanes: Lanes, state: State, error: Array, kind: str) -> Array:
+def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, kind: str) -> Array:
     """Covariance (n + d, n + d, lanes) of weights and shape, infinite where the data do not determine a value.
 
     kind: of `fit.covariance`. error (cells, rows, lanes): the standard deviation of each residual, for `absolute`.

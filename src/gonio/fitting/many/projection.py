@@ -20,7 +20,7 @@ Array = jax.Array
 Columns = list[tuple[tuple[int, ...], Array]]  # the column in every cell, and the values at the points
 
 
-class Lanes(NamedTuple):
+class LaneArrays(NamedTuple):
     """What a search sees: common numbers, then each lane's.
 
     geometry: components (cells, rows, 1). held: by name (cells, 1, 1). axes: the maps of the shape's coordinates.
@@ -73,7 +73,7 @@ def _slope_of_axes(unit: Array, axes: tuple[Array, ...]) -> Array:
     return jnp.where(by_ratio, ratio, upper - lower + 0 * unit)
 
 
-def _at_points(layout: Layout, lanes: Lanes, shape: Array) -> dict[str, Array]:
+def _at_points(layout: Layout, lanes: LaneArrays, shape: Array) -> dict[str, Array]:
     """Every shape parameter (cells, 1, lanes), held ones (cells, 1, 1)."""
     values = {name: lanes.held[name] for name in layout.held if name in layout.model.shape}
     return values | {name: in_cells(shape, columns) for name, columns in layout.shape}
@@ -86,7 +86,7 @@ def in_cells(columns: Array, of: tuple[int, ...]) -> Array:
     return columns[np.array(of)][:, None]
 
 
-def basis(layout: Layout, lanes: Lanes, shape: Array) -> dict[str, Array]:
+def basis(layout: Layout, lanes: LaneArrays, shape: Array) -> dict[str, Array]:
     return layout.model.basis(Geometry(*lanes.geometry), _at_points(layout, lanes, shape))
 
 
@@ -136,7 +136,7 @@ def times(columns: Columns, factor: Array) -> Columns:
     return [(of, column * factor) for of, column in columns]
 
 
-def full(lanes: Lanes, array: Array) -> Array:
+def full(lanes: LaneArrays, array: Array) -> Array:
     return jnp.broadcast_to(array, lanes.target.shape)
 
 
@@ -147,7 +147,7 @@ class _Point(NamedTuple):
     target: Array
 
 
-def weighted(layout: Layout, lanes: Lanes, basis: dict[str, Array]) -> _Point:
+def weighted(layout: Layout, lanes: LaneArrays, basis: dict[str, Array]) -> _Point:
     columns = [(of, lanes.root * basis[name]) for name, of in layout.weights]
     target = lanes.target
     for name in layout.held:
@@ -156,7 +156,7 @@ def weighted(layout: Layout, lanes: Lanes, basis: dict[str, Array]) -> _Point:
     return _Point(columns, target)
 
 
-def slopes(layout: Layout, lanes: Lanes, shape: Array, weights: Array) -> Columns:
+def slopes(layout: Layout, lanes: LaneArrays, shape: Array, weights: Array) -> Columns:
     """Derivative of the weighted BRDF by each shape parameter (cells, rows, lanes), weights standing still."""
     free = dict(layout.weights)
     values = _at_points(layout, lanes, shape)
@@ -185,7 +185,7 @@ class _Found(NamedTuple):
     pull: Array
 
 
-def _evaluate(layout: Layout, lanes: Lanes, unit: Array, side: Array) -> _Found:
+def _evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> _Found:
     """Exact weights at a shape, E, and what a Gauss-Newton step needs."""
     shape = shape_values(unit, lanes.axes)
     point = weighted(layout, lanes, basis(layout, lanes, shape))
@@ -211,7 +211,7 @@ def _evaluate(layout: Layout, lanes: Lanes, unit: Array, side: Array) -> _Found:
     return _Found(weights, side, cost, hessian, pull)
 
 
-def _projected(layout: Layout, lanes: Lanes, point: _Point, side: Array) -> tuple[Array, Array, Array, Array]:
+def _projected(layout: Layout, lanes: LaneArrays, point: _Point, side: Array) -> tuple[Array, Array, Array, Array]:
     """The Gram matrix of the terms, the exact weights, their sides, and what they leave."""
     if not layout.n:
         lanes_in = lanes.target.shape[-1]
@@ -255,7 +255,7 @@ def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Arr
 
 
 @functools.partial(jax.jit, static_argnames=("layout",))
-def begin(layout: Layout, lanes: Lanes, unit: Array) -> State:
+def begin(layout: Layout, lanes: LaneArrays, unit: Array) -> State:
     """The state before the first step, which stays at the given coordinates (d, lanes) and finds out what is there."""
     d, count = unit.shape
     ones = jnp.ones(count, dtype=lanes.target.dtype)
@@ -270,7 +270,7 @@ def settled(dtype: Any) -> float:
 
 
 @functools.partial(jax.jit, static_argnames=("layout",))
-def advance(layout: Layout, lanes: Lanes, state: State, steps: Array) -> State:
+def advance(layout: Layout, lanes: LaneArrays, state: State, steps: Array) -> State:
     """Up to so many steps more of every lane that is not done (levenberg1944, marquardt1963, nielsen1999)."""
     eps = float(np.finfo(lanes.target.dtype).eps)
     enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2

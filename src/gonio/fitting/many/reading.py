@@ -11,22 +11,22 @@ import xarray as xr
 from gonio.fitting.many.layout import Shared
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.weighting import WEIGHTINGS
-from gonio.fitting.solution import Status, code
-from gonio.measured.stack import Lanes
+from gonio.fitting.status import Status, code
+from gonio.measured.stack import StackLanes
 
 Values = npt.NDArray[Any]
 READ = 2**20  # values that are read at once
-LANED = ("rows", "scale", "told", "points", "status", "crossed")
+LANED = ("rows", "scale", "seen", "points", "status", "crossed")
 FITTED = -1  # status of a lane that a search decides about
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class LaneBlock:
     """Lanes that are searched side by side.
 
     alike: whether points are weighed alike in all lanes, so that one root does for all. rows: which lanes of the stack
     they are. root (cells, rows, lanes, or 1 where alike), target, error (cells, rows, lanes; error none where it is not
-    asked for): roots of weights, values and stated uncertainties. scale (lanes): the unit of each lane's weights. told
+    asked for): roots of weights, values and stated uncertainties. scale (lanes): the unit of each lane's weights. seen
     (lanes, n + d): which values have any point. points: of each lane in use. status: why a lane cannot be fitted, or
     FITTED. crossed: how often better shapes were looked for across a minimum.
     """
@@ -37,7 +37,7 @@ class Block:
     target: Values
     error: Values
     scale: Values
-    told: npt.NDArray[np.bool_]
+    seen: npt.NDArray[np.bool_]
     points: npt.NDArray[np.int32]
     status: npt.NDArray[np.int8]
     crossed: npt.NDArray[np.int8]
@@ -45,25 +45,25 @@ class Block:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def part(self, which: npt.NDArray[np.intp]) -> "Block":
+    def part(self, which: npt.NDArray[np.intp]) -> "LaneBlock":
         """Some of the lanes."""
         laned = {n: getattr(self, n)[which] for n in LANED}
         root = self.root if self.alike else self.root[..., which]
         error = self.error[..., which] if self.error.shape[-1] else self.error
-        return Block(self.alike, root=root, target=self.target[..., which], error=error, **laned)
+        return LaneBlock(self.alike, root=root, target=self.target[..., which], error=error, **laned)
 
 
-def joined(blocks: list[Block]) -> Block:
+def joined(blocks: list[LaneBlock]) -> LaneBlock:
     """Several blocks, all of lanes that are weighed alike or all of lanes that are not, as one."""
     first = blocks[0]
     laned = {n: np.concatenate([getattr(b, n) for b in blocks]) for n in LANED}
     target, error, root = (
         np.concatenate([getattr(b, n) for b in blocks], axis=-1) for n in ("target", "error", "root")
     )
-    return Block(first.alike, root=first.root if first.alike else root, target=target, error=error, **laned)
+    return LaneBlock(first.alike, root=first.root if first.alike else root, target=target, error=error, **laned)
 
 
-def blocks(problem: Problem, shared: Shared, lanes: Lanes, width: int, absolute: bool) -> Iterator[Block]:
+def blocks(problem: Problem, shared: Shared, lanes: StackLanes, width: int, absolute: bool) -> Iterator[LaneBlock]:
     """All lanes of a stack, at most `width` at a time; with `absolute`, their stated uncertainties too.
 
     Lanes with gaps go by themselves: the others are then weighed alike, whatever neighbours they have, and quicker.
@@ -93,7 +93,7 @@ def _block(
     used: npt.NDArray[np.bool_],
     stated: Values | None,
     absolute: bool,
-) -> Block:
+) -> LaneBlock:
     weights, weighed = _weights(problem, values, used, stated)
     if absolute and stated is not None:
         weighed &= ((stated > 0) | ~used).all(axis=1)
@@ -110,14 +110,14 @@ def _block(
     if absolute and stated is not None:
         error = np.where(used & (stated > 0), stated, 0.0) * root / scale[:, None]
     counts = ~shared.filled.reshape(shared.layout.cells, shared.layout.rows, 1)
-    return Block(
+    return LaneBlock(
         alike=alike,
         rows=rows,
         root=shared.placed(root) * counts,
         target=shared.placed(values) * counts,
         error=shared.placed(error) * counts,
         scale=scale,
-        told=_told(shared, used),
+        seen=_seen(shared, used),
         points=used.sum(axis=1).astype(np.int32),
         status=status,
         crossed=np.zeros(len(values), dtype=np.int8),
@@ -143,14 +143,14 @@ def _weights(
     return weights, np.all(suits, axis=1)
 
 
-def _told(shared: Shared, used: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _seen(shared: Shared, used: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Which values of each lane (lanes, n + d) have a point in use."""
     layout = shared.layout
     places = used[:, shared.order] & ~shared.filled
     cells = np.any(places.reshape(len(used), layout.cells, layout.rows), axis=2)
-    told = np.zeros((len(used), layout.n + layout.d), dtype=bool)
+    seen = np.zeros((len(used), layout.n + layout.d), dtype=bool)
     for start, columns in ((0, layout.weights), (layout.n, layout.shape)):
         for _, of in columns:
             for cell, column in enumerate(of):
-                told[:, start + column] |= cells[:, cell]
-    return told
+                seen[:, start + column] |= cells[:, cell]
+    return seen

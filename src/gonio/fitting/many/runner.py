@@ -1,7 +1,6 @@
 """The compiled searches of many lanes, block after block: what runs when, while `lanes` says what is computed."""
 
 import functools
-import itertools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,10 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.many.layout import Shared
-from gonio.fitting.many.reading import FITTED, Block, joined
-from gonio.fitting.many.results import Results
+from gonio.fitting.many.reading import FITTED, LaneBlock, joined
+from gonio.fitting.many.results import Ended, Results
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.anneal import Anneal
+from gonio.fitting.search.projection import BETTER, FOR_MANY, Projection
+from gonio.fitting.search.starts import tried
 
 if TYPE_CHECKING:
     from gonio.fitting.many import projection as compiled
@@ -21,28 +22,35 @@ Values = npt.NDArray[Any]
 ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what keeps a GPU busy
 WIDEST = 2**16  # lanes of a block
 LONG, FEW = 2**14, 2**11  # points of a scan that is long, and of the part of it that is searched first
-BETTER = 1e-10  # of E: by how much another minimum must be lower
-CROSSINGS = 2  # how often a minimum is crossed
 RACE, LONG_RACE = 3, 12  # steps after which the better start of each lane is known; from three shape values on
 FIRST, LATER = 4, 6  # steps in which most lanes end; the others go on together, so that few wait for the slowest
 
 
-Pools = dict[bool, list[tuple[Block, Any]]]  # lanes that wait and their states, by whether points are weighed alike
+Pools = dict[bool, list[tuple[LaneBlock, Any]]]  # lanes that wait and their states, by whether points are weighed alike
 
 
 @dataclass(frozen=True)
 class Search:
-    """How lanes are searched: settings of `fit_many`."""
+    """How lanes are searched: the solver and the other arguments of `fit_many`.
 
-    anneal: Anneal | None
-    starts: int
-    grid: int
-    max_steps: int
-    line: int
+    thorough: whether minima of three shape values and more are crossed wherever they lie, not only at a bound.
+    """
+
+    solver: Projection | Anneal
     covariance: str
     dtype: Any
     block: int
-    thorough: bool = True  # whether minima of three shape values and more are crossed wherever they lie
+    thorough: bool = True
+
+    @property
+    def anneal(self) -> Anneal | None:
+        """The annealing, where that is the solver."""
+        return self.solver if isinstance(self.solver, Anneal) else None
+
+    @property
+    def projection(self) -> Projection:
+        """The settings of the search by projection, which nothing asks for where the solver is an annealing."""
+        return self.solver if isinstance(self.solver, Projection) else FOR_MANY
 
 
 class Runner:
@@ -53,16 +61,17 @@ class Runner:
     """
 
     def __init__(
-        self, problem: Problem, shared: Shared, lanes: int, search: Search, start: Values | None, found: Results
+        self, problem: Problem, shared: Shared, lanes: int, search: Search, start: Values | None, results: Results
     ) -> None:
-        self.layout, self.search, self.start, self.found = shared.layout, search, start, found
+        self.layout, self.search, self.start, self.results = shared.layout, search, start, results
         self.width = self._width(lanes)
         self.geometry = tuple(map(self._cast, shared.geometry))
         self.held = {name: self._cast(v) for name, v in shared.held.items()}
         self.lower, self.upper = search.anneal.bounds(problem) if search.anneal else (problem.lower, problem.upper)
         maps = problem.axes(*(bound[self.layout.n :] for bound in (self.lower, self.upper))).maps
         self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in maps)
-        self.points, self.grid = _tried(self.layout.d, search.grid)
+        points, self.form = tried(self.layout.d, search.projection.grid)
+        self.points = points.T
         self.pools: Pools = {True: [], False: []}
         self.edges: Pools = {True: [], False: []}
 
@@ -76,7 +85,7 @@ class Runner:
         suits = 2 ** int(np.log2(max(values / (self.layout.cells * self.layout.rows * chains), 1)))
         return min(suits, WIDEST, 2 ** int(np.ceil(np.log2(lanes))))
 
-    def take(self, block: Block) -> None:
+    def take(self, block: LaneBlock) -> None:
         """Search the lanes of a block; those that need more steps join the pool."""
         from gonio.fitting.many import projection as compiled
 
@@ -91,7 +100,7 @@ class Runner:
         while _count(self.pools[block.alike]) >= self.width:
             self._go_on(block.alike)
 
-    def _begun(self, block: Block, data: "compiled.Lanes") -> "compiled.State":
+    def _begun(self, block: LaneBlock, data: "compiled.LaneArrays") -> "compiled.State":
         """Where each lane starts: at a given shape, or at the one of several that is ahead after a few steps."""
         from gonio.fitting.many import projection as compiled
         from gonio.fitting.many import starts as lane_starts
@@ -99,12 +108,12 @@ class Runner:
         if self.start is not None or not self.layout.d:
             given = np.zeros((0, self.width)) if self.start is None else self._wide(self.start[:, block.rows])
             return compiled.begin(self.layout, data, self._cast(given))
-        starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.grid, self._starts())
+        starts = lane_starts.starts_of(self.layout, data, self._cast(self.points), self.form, self._starts())
         race = self._steps(RACE if self.layout.d <= 2 else LONG_RACE)
         begun = (compiled.begin(self.layout, data, unit) for unit in starts)
         return functools.reduce(compiled.better, (compiled.advance(self.layout, data, s, race) for s in begun))
 
-    def _annealed(self, block: Block, data: "compiled.Lanes", anneal: Anneal) -> "compiled.State":
+    def _annealed(self, block: LaneBlock, data: "compiled.LaneArrays", anneal: Anneal) -> "compiled.State":
         """The chains of every lane to their end; the random numbers of a lane follow from the seed and its place."""
         import jax
 
@@ -136,7 +145,7 @@ class Runner:
         state = compiled.State(*(self._cast(self._wide(v, one), v.dtype) for v, one in _filled(state)))
         self._keep(block, data, compiled.advance(self.layout, data, state, self._steps(LATER)))
 
-    def _taken(self, pools: Pools, alike: bool, most: int) -> tuple[Block, Any]:
+    def _taken(self, pools: Pools, alike: bool, most: int) -> tuple[LaneBlock, Any]:
         """The lanes that wait first in a pool, and their states as NumPy arrays."""
         from gonio.fitting.many import projection as compiled
 
@@ -155,7 +164,7 @@ class Runner:
         """
         from gonio.fitting.many import projection as compiled
 
-        line = self.search.line
+        line = self.search.projection.line
         tried = self.layout.d * line
         block, state = self._taken(self.edges, alike, max(self.width // tried, 1))
         places = np.repeat(np.arange(len(block)), tried)
@@ -178,7 +187,7 @@ class Runner:
             again = again._replace(steps=state.steps[lower])
             self.pools[alike].append((block.part(lower), _lanes_in(again, np.arange(len(lower)))))
 
-    def _keep(self, block: Block, data: "compiled.Lanes", state: "compiled.State") -> None:
+    def _keep(self, block: LaneBlock, data: "compiled.LaneArrays", state: "compiled.State") -> None:
         """Put what was found where it belongs, and lanes that are not done into the pool."""
         from gonio.fitting.many import covariance as lane_covariance
 
@@ -187,13 +196,13 @@ class Runner:
             error = self._cast(self._wide(block.error))
             spread = lane_covariance.covariance(self.layout, data, state, error, self.search.covariance)
         done = np.asarray(state.done)[: len(block)] | (block.status != FITTED)
-        spent = bool(self.search.anneal) | (np.asarray(state.steps)[: len(block)] >= self.search.max_steps)
+        spent = bool(self.search.anneal) | (np.asarray(state.steps)[: len(block)] >= self.search.projection.max_steps)
         ended = done | spent
-        self.found.put(self.layout, block, self.axes, state, spread, np.flatnonzero(ended), done)
+        self.results.put(self.layout, block, self.axes, Ended(state, spread, done), np.flatnonzero(ended))
         bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
         bound |= self.search.thorough and self.layout.d > 2
-        edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < CROSSINGS)
-        if self.search.line and self.layout.d and edge.any() and not self.search.anneal and self.start is None:
+        edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < self.search.projection.rounds)
+        if self.search.projection.line and self.layout.d and edge.any() and not self.search.anneal and self.start is None:
             which = np.flatnonzero(edge)
             part = replace(block.part(which), crossed=block.crossed[which] + np.int8(1))
             self.edges[block.alike].append((part, _lanes_in(state, which)))
@@ -201,13 +210,13 @@ class Runner:
         if len(rest):
             self.pools[block.alike].append((block.part(rest), _lanes_in(state, rest)))
 
-    def _data(self, block: Block) -> "compiled.Lanes":
+    def _data(self, block: LaneBlock) -> "compiled.LaneArrays":
         from gonio.fitting.many import projection as compiled
 
         scale = self._wide(block.scale, 1.0)
         lower, upper = (np.asarray(b[: self.layout.n])[:, None] / scale for b in (self.lower, self.upper))
         arrays = (lower, upper, block.root if block.alike else self._wide(block.root), self._wide(block.target))
-        return compiled.Lanes(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
+        return compiled.LaneArrays(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
 
     def _wide(self, values: Values, fill: float = 0.0) -> Values:
         """Filled up to the block's width along the last axis."""
@@ -216,8 +225,7 @@ class Runner:
         return np.pad(values, pad, constant_values=fill) if missing > 0 else values
 
     def _starts(self) -> int:
-        asked = self.search.starts or (2 if self.layout.d <= 2 else 4)
-        return min(asked, self.points.shape[1])
+        return min(self.search.projection.followed(self.layout.d), self.points.shape[1])
 
     def _steps(self, steps: int) -> Any:
         import jax.numpy as jnp
@@ -230,7 +238,7 @@ class Runner:
         return jnp.asarray(values, dtype=dtype or self.search.dtype)
 
 
-def _count(pool: list[tuple[Block, Any]]) -> int:
+def _count(pool: list[tuple[LaneBlock, Any]]) -> int:
     return sum(len(block) for block, _ in pool)
 
 
@@ -243,12 +251,3 @@ def _filled(state: Any) -> list[tuple[Values, float]]:
     """The arrays of a state with what fills them up: lanes of nothing are done."""
     return [(v, float(name == "done")) for name, v in zip(state._fields, state, strict=True)]
 
-
-def _tried(d: int, grid: int) -> tuple[Values, tuple[int, ...]]:
-    """Shapes from which searches start (d, tried), and the form of their grid, which three dimensions do not have."""
-    if d <= 2:
-        axis = np.linspace(0.0, 1.0, grid if d == 2 else 3 * grid)
-        return np.array(list(itertools.product(axis, repeat=d))).T.reshape(d, len(axis) ** d), (len(axis),) * d
-    from scipy.stats import qmc
-
-    return qmc.Sobol(d, scramble=False).random(2 ** int(np.ceil(np.log2(64 * d)))).T, ()

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from gonio.fitting.many.layout import Layout
-from gonio.fitting.many.projection import Columns, Lanes, basis, selection, shape_values
+from gonio.fitting.many.projection import Columns, LaneArrays, basis, selection, shape_values
 from gonio.fitting.many.sweep import unit_scaled
 
 Array = jax.Array
@@ -21,7 +21,7 @@ POINTS = 256  # of a scan that take part: more do not rank shapes better
 
 
 @functools.partial(jax.jit, static_argnames=("layout", "grid", "starts"))
-def starts_of(layout: Layout, lanes: Lanes, points: Array, grid: tuple[int, ...], starts: int) -> Array:
+def starts_of(layout: Layout, lanes: LaneArrays, points: Array, grid: tuple[int, ...], starts: int) -> Array:
     """The coordinates (starts, d, lanes) of the most promising of `points` (d, tried), best first.
 
     grid: the shape in which the points lie, whose local minima alone are taken; empty where they lie in none.
@@ -38,7 +38,7 @@ def starts_of(layout: Layout, lanes: Lanes, points: Array, grid: tuple[int, ...]
     return jnp.stack(found)
 
 
-def _thinned(layout: Layout, lanes: Lanes) -> Lanes:
+def _thinned(layout: Layout, lanes: LaneArrays) -> LaneArrays:
     """Every so many points of each cell."""
     every = -(-layout.cells * layout.rows // POINTS)
 
@@ -48,7 +48,7 @@ def _thinned(layout: Layout, lanes: Lanes) -> Lanes:
     return lanes._replace(geometry=tuple(map(thin, lanes.geometry)), root=thin(lanes.root), target=thin(lanes.target))
 
 
-def _costs(layout: Layout, lanes: Lanes, points: Array) -> Array:
+def _costs(layout: Layout, lanes: LaneArrays, points: Array) -> Array:
     """E, but for a constant of each lane, of every shape tried (tried, lanes)."""
     terms = basis(layout, lanes, shape_values(points, lanes.axes))
     tried, count = points.shape[1], lanes.target.shape[-1]

@@ -2,38 +2,39 @@
 
 A file of several channels states each direction once a channel: what a model's terms are there is computed once. What a
 search needs of the residual r and its Jacobian J at a vector of values is r'r, J'r and J'J alone. Reduced by QR block
-after block (demmel2012), both have as many rows as there are sets times values, and exactly the same products.
+after block (demmel2012), both have as many rows as there are sets times values, and exactly the same products: with
+[J r] = Q R, the columns of the small triangle R have the lengths and angles of those of J and r.
 """
 
 import functools
-import itertools
+import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.search.descent import CENTRAL, derivative
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.objective.term_derivatives import TermDerivatives, Terms
 from gonio.geometry import Geometry
 from gonio.measured.dataset import DIRECTIONS, geometry
 from gonio.measured.distinct import distinct_rows, first_of, repeats
-from gonio.model import Model, declarations
-
-if TYPE_CHECKING:
-    from gonio.fitting.objective.problem import Problem
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
+MANY = 200_000  # points in use from which a search takes them in blocks
 SIZE = 2**16  # directions of a block
-STEP = CENTRAL  # of a parameter's size: central differences are then good to some 1e-10, which moves nothing that shows
-SMALLEST = 1e-3  # size of a parameter that is zero
 
 
-class Sheet(NamedTuple):
-    """The points of one set (a channel, say) in one block: which directions of the block, and which points they are."""
+class SetOfBlock(NamedTuple):
+    """The points of one set (a channel, say) in one block.
+
+    group: the place of the set. at: which directions of the block the points have. rows: which points of the problem
+    they are. root, target (m,): their root weights and targets.
+    """
 
     group: int
     at: Places | slice
@@ -43,31 +44,22 @@ class Sheet(NamedTuple):
 
 
 @dataclass(eq=False)
-class Block:
+class DirectionBlock:
     """Distinct directions and the points at them; it keeps the terms where they were computed last."""
 
     directions: Geometry
-    sheets: tuple[Sheet, ...]
-    kept: "Terms | None" = None
+    sets: tuple[SetOfBlock, ...]
+    kept: Terms | None = None
 
 
-class Terms(NamedTuple):
-    """Every term of a block (terms, m) at one shape, and derivatives of terms in the order of `moved` and `bent`."""
+class LinearSet(NamedTuple):
+    """The residual (m,) of one set of a block and its derivatives (columns, m) by the values at `places` of the vector.
 
-    shape: Values
-    values: Values
-    slopes: Values
-    bends: Values
-
-
-class Linear(NamedTuple):
-    """The residual of a sheet (m,) and its derivatives (columns, m) by the values at `places` of the vector.
-
-    modelled: the BRDF there (m,). pull: derivative of half the squared residual by it. weights: of every term.
+    modelled (m,): the BRDF there. pull (m,): derivative of half the squared residual by it. weights: of every term.
     """
 
     terms: Terms
-    sheet: Sheet
+    points: SetOfBlock
     places: Places
     slopes: Values
     residual: Values
@@ -77,44 +69,32 @@ class Linear(NamedTuple):
 
 
 @dataclass(eq=False)
-class Bulk:
+class BlockedProblem:
     """What a search and its covariance take of a problem of very many points, without a matrix of all of them.
 
-    groups: of each weight, its value's place among its own for every set.
+    groups: for each weight by name, the place of its value among its own for every set.
     """
 
-    problem: "Problem"
-    blocks: tuple[Block, ...]
+    problem: Problem
+    blocks: tuple[DirectionBlock, ...]
     groups: dict[str, Places]
     evaluations: int = 0
     last: tuple[Values, tuple[Values, Values]] | None = None
 
     @functools.cached_property
-    def moved(self) -> tuple[tuple[int, int, Model], ...]:
-        """Which term (by place) changes with which free shape parameter, and the model of that term alone."""
-        model, names = self.problem.model, [entry.name for entry in self.problem.free_shape]
-        return tuple(
-            (k, names.index(name), replace(model, terms={weight: term}))
-            for k, (weight, term) in enumerate(model.terms.items())
-            for name in declarations(term)
-            if name in names
-        )
-
-    @functools.cached_property
-    def bent(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of places in `moved`, of two parameters of one term or of one with itself."""
-        pairs = itertools.combinations_with_replacement(range(len(self.moved)), 2)
-        return tuple((a, b) for a, b in pairs if self.moved[a][0] == self.moved[b][0])
+    def terms(self) -> TermDerivatives:
+        return TermDerivatives(self.problem)
 
     def residual(self, vector: Values) -> Values:
-        """As long as the whole residual of a vector of weights and shape, in few rows that differ from one to another.
+        """As long as the whole residual at a vector of weights and shape, in few rows (rows,).
 
-        Only lengths and products with the Jacobian at the same vector mean something.
+        The rows differ from one vector to another: only lengths, and products with the Jacobian at the same vector,
+        mean something.
         """
         return self._reduced(vector)[0][:, -1]
 
     def jacobian(self, vector: Values) -> Values:
-        """The derivatives of `residual` (rows, values)."""
+        """The derivatives (rows, values) of `residual`."""
         return self._reduced(vector)[0][:, :-1]
 
     def curvature(self, vector: Values) -> Values:
@@ -131,42 +111,41 @@ class Bulk:
         triangles: dict[int, Values] = {}
         places: dict[int, Places] = {}
         curvature = np.zeros((len(vector),) * 2)
-        for found in self.each(vector, self._products):
-            for group, place, triangle, bend in found:
+        for products in self.each(vector, self._products):
+            for group, place, triangle, second in products:
                 above = triangles.get(group)
-                triangles[group] = triangle if above is None else _r(np.concatenate([above, triangle]))
+                triangles[group] = triangle if above is None else _triangle(np.concatenate([above, triangle]))
                 places[group] = place
-                curvature[np.ix_(place, place)] += bend
+                curvature[np.ix_(place, place)] += second
         rows = []
         for group, triangle in triangles.items():
             wide = np.zeros((len(triangle), len(vector) + 1))
             wide[:, [*places[group], len(vector)]] = triangle
             rows.append(wide)
         whole = np.concatenate(rows)
-        return (_r(whole) if len(whole) > 4 * whole.shape[1] else whole), curvature
+        return (_triangle(whole) if len(whole) > 4 * whole.shape[1] else whole), curvature
 
-    def _products(self, linear: Linear) -> tuple[int, Places, Values, Values]:
-        """What a sheet adds: the triangle of its Jacobian and residual, and its curvature."""
-        triangle = _r(np.concatenate([linear.slopes, linear.residual[None]]).T)
-        terms = linear.terms
-        slopes, bends = (some[:, linear.sheet.at] @ linear.pull for some in (terms.slopes, terms.bends))
+    def _products(self, linear: LinearSet) -> tuple[int, Places, Values, Values]:
+        """What a set adds: the triangle of its Jacobian and residual, and its part of the curvature."""
+        triangle = _triangle(np.concatenate([linear.slopes, linear.residual[None]]).T)
+        first, second = (some[:, linear.points.at] @ linear.pull for some in (linear.terms.first, linear.terms.second))
         free = self._columns[0]
-        bend = np.zeros((len(linear.places),) * 2)
-        for (term, k, _), slope in zip(self.moved, slopes, strict=True):
+        curvature = np.zeros((len(linear.places),) * 2)
+        for (term, k, _), slope in zip(self.terms.pairs, first, strict=True):
             if term in free:
-                bend[free.index(term), len(free) + k] += slope
-        for (a, b), second in zip(self.bent, bends, strict=True):
-            k, m = len(free) + self.moved[a][1], len(free) + self.moved[b][1]
-            bend[k, m] += linear.weights[self.moved[a][0]] * second / (1 + (a == b))
-        bend += bend.T
+                curvature[free.index(term), len(free) + k] += slope
+        for (a, b), bend in zip(self.terms.crosses, second, strict=True):
+            k, m = len(free) + self.terms.pairs[a].parameter, len(free) + self.terms.pairs[b].parameter
+            curvature[k, m] += linear.weights[self.terms.pairs[a].term] * bend / (1 + (a == b))
+        curvature += curvature.T
         if self.problem.logarithmic:
-            root = linear.sheet.root
+            root = linear.points.root
             ratio = np.where(root > 0, linear.residual / np.where(root > 0, root, 1.0), 0.0)
-            bend -= (linear.slopes * ratio) @ linear.slopes.T
-        return linear.sheet.group, linear.places, triangle, bend
+            curvature -= (linear.slopes * ratio) @ linear.slopes.T
+        return linear.points.group, linear.places, triangle, curvature
 
-    def each(self, vector: Values, of: Callable[[Linear], Found]) -> Iterator[list[Found]]:
-        """`of` every sheet, a block at a time and in their order.
+    def each(self, vector: Values, of: Callable[[LinearSet], Result]) -> Iterator[list[Result]]:
+        """`of` every set, a block at a time and in their order.
 
         On one thread: a second made fits slower, since what a block computes is short beside the interpreter's lock.
         """
@@ -202,87 +181,49 @@ class Bulk:
         shape = at + np.arange(len(self.problem.free_shape))
         return free, [np.array([*(s[group] for s in starts), *shape], dtype=np.intp) for group in range(sets)]
 
-    def _linear(self, block: Block, weights: Values, shape: Values) -> Iterator[Linear]:
+    def _linear(self, block: DirectionBlock, weights: Values, shape: Values) -> Iterator[LinearSet]:
+        """The residual of every set of a block, and its derivatives."""
         if block.kept is None or not np.array_equal(shape, block.kept.shape):
-            block.kept = self._terms(block.directions, shape)
+            block.kept = self.terms.at(block.directions, shape)
         terms = block.kept
         free, places = self._columns
-        problem = self.problem
-        for sheet in block.sheets:
-            own = weights[:, sheet.group]
-            here, moved = terms.values[:, sheet.at], terms.slopes[:, sheet.at]
-            columns = np.zeros((len(free) + len(problem.free_shape), here.shape[1]))
+        for points in block.sets:
+            of_set = weights[:, points.group]
+            here, first = terms.values[:, points.at], terms.first[:, points.at]
+            columns = np.zeros((len(free) + len(self.problem.free_shape), here.shape[1]))
             columns[: len(free)] = here[free]
-            for (term, k, _), slope in zip(self.moved, moved, strict=True):
-                columns[len(free) + k] += own[term] * slope
-            brdf, factor = own @ here, sheet.root
+            for (term, k, _), slope in zip(self.terms.pairs, first, strict=True):
+                columns[len(free) + k] += of_set[term] * slope
+            brdf, factor = of_set @ here, points.root
             modelled = brdf
-            if problem.logarithmic:
+            if self.problem.logarithmic:
                 least = np.finfo(float).tiny
                 seen = modelled > least  # below, the residual keeps the logarithm of this
                 factor = np.where(seen, factor / np.where(seen, modelled, 1.0), 0.0)
                 modelled = np.log(np.maximum(modelled, least))
             columns *= factor
-            residual = sheet.root * modelled - sheet.target
-            yield Linear(terms, sheet, places[sheet.group], columns, residual, brdf, factor * residual, own)
-
-    def _terms(self, directions: Geometry, shape: Values) -> Terms:
-        """The terms at some directions, and how they change with the shape parameters that move them.
-
-        First ones by central differences, at a bound by `derivative`; second ones are only to speed the search.
-        """
-        terms, n = _values(self.problem.model, directions, self._named(shape)), self.problem.n_weights
-        lower, upper, steps = self.problem.lower[n:], self.problem.upper[n:], STEP * np.maximum(np.abs(shape), SMALLEST)
-
-        def at(model: Model, *ks: int, times: float = 1.0) -> Values:
-            moved = shape.copy()
-            moved[list(ks)] += times * steps[list(ks)]
-            return _values(model, directions, self._named(moved))[0]
-
-        slopes, bends = (np.zeros((len(some), terms.shape[1])) for some in (self.moved, self.bent))
-        ahead: dict[int, Values] = {}
-        for a, (term, k, model) in enumerate(self.moved):
-            if shape[k] - steps[k] < lower[k] or shape[k] + steps[k] > upper[k]:
-                near = shape[k : k + 1], lower[k], upper[k]
-                along = functools.partial(self._along, model, directions, shape, k)
-                slopes[a] = derivative(along, *near, scale=SMALLEST)[:, 0]
-                continue
-            ahead[a], behind = at(model, k), at(model, k, times=-1)
-            slopes[a] = (ahead[a] - behind) / (2 * steps[k])
-            bends[self.bent.index((a, a))] = (ahead[a] - 2 * terms[term] + behind) / steps[k] ** 2
-        for place, (a, b) in enumerate(self.bent):
-            if a != b and a in ahead and b in ahead:
-                term, k, model = self.moved[a]
-                both = at(model, k, self.moved[b][1])
-                area = steps[k] * steps[self.moved[b][1]]
-                bends[place] = (both - ahead[a] - ahead[b] + terms[term]) / area
-        return Terms(shape.copy(), terms, slopes, bends)
-
-    def _along(self, model: Model, directions: Geometry, shape: Values, k: int, value: Values) -> Values:
-        moved = shape.copy()
-        moved[k] = value[0]
-        return _values(model, directions, self._named(moved))[0]
-
-    def _named(self, shape: Values) -> dict[str, float]:
-        """All shape parameters by name."""
-        out, at = {}, 0
-        for entry in self.problem.entries:
-            if entry.is_weight:
-                continue
-            if entry.held is not None:
-                out[entry.name] = entry.held[0]
-                continue
-            out[entry.name] = float(shape[at])
-            at += 1
-        return out
+            residual = points.root * modelled - points.target
+            yield LinearSet(terms, points, places[points.group], columns, residual, brdf, factor * residual, of_set)
 
 
-def bulk(problem: "Problem") -> Bulk | None:
-    """The points of a problem in blocks; None where a value is told by more than whole sets tell, or errors couple.
+_BLOCKED: "weakref.WeakKeyDictionary[Problem, BlockedProblem | None]" = weakref.WeakKeyDictionary()
 
-    That is: a shape parameter has one value for all points, a weight one for each set or for all, nothing is smooth, no
-    instrument is folded in and the loss is squared.
+
+def in_blocks(problem: Problem) -> BlockedProblem | None:
+    """The points of a problem in blocks, where they are more than MANY and the problem can be split so; else None.
+
+    It can where a shape parameter has one value for all points and a weight one for each set or for all, nothing is
+    smooth, no instrument is folded in and the loss is squared. The blocks of a problem are made once, and kept as long
+    as it is.
     """
+    if len(problem.measured) <= MANY:
+        return None
+    if problem not in _BLOCKED:
+        _BLOCKED[problem] = _blocked(problem)
+    return _BLOCKED[problem]
+
+
+def _blocked(problem: Problem) -> BlockedProblem | None:
     if problem.instrument or problem.loss != "squared" or len(problem.smoothed):
         return None
     by, group = problem.sets
@@ -291,10 +232,10 @@ def bulk(problem: "Problem") -> Bulk | None:
             return None
     first = first_of(group)
     groups = {e.name: e.group[first] for e in problem.entries if e.is_weight}
-    return Bulk(problem, tuple(_blocks(problem, group, len(first))), groups)
+    return BlockedProblem(weakref.proxy(problem), tuple(_blocks(problem, group, len(first))), groups)
 
 
-def _blocks(problem: "Problem", group: Places, sets: int) -> Iterator[Block]:
+def _blocks(problem: Problem, group: Places, sets: int) -> Iterator[DirectionBlock]:
     points = problem.points
     columns = [points[a].values for a in DIRECTIONS if a in points.coords]
     if size := repeats(columns, group):
@@ -302,27 +243,23 @@ def _blocks(problem: "Problem", group: Places, sets: int) -> Iterator[Block]:
     else:
         first, place = distinct_rows(columns)
     order = np.argsort((place // SIZE * sets + group) * SIZE + place % SIZE, kind="stable")
-    sheet = (place // SIZE * sets + group)[order]
-    begins = np.flatnonzero(np.concatenate([[True], sheet[1:] != sheet[:-1]]))
+    in_order = (place // SIZE * sets + group)[order]
+    begins = np.flatnonzero(np.concatenate([[True], in_order[1:] != in_order[:-1]]))
     ends = np.append(begins[1:], len(order))
-    several: dict[int, list[Sheet]] = {}
+    several: dict[int, list[SetOfBlock]] = {}
     for begin, end in zip(begins, ends, strict=True):
-        block, rows = int(sheet[begin]) // sets, order[begin:end]
+        block, rows = int(in_order[begin]) // sets, order[begin:end]
         at: Any = place[rows] - block * SIZE
         size = min(SIZE, len(first) - block * SIZE)
         at = slice(None) if np.array_equal(at, np.arange(size)) else at
         several.setdefault(block, []).append(
-            Sheet(int(sheet[begin]) % sets, at, rows, problem.root_weights[rows], problem.target[rows])
+            SetOfBlock(int(in_order[begin]) % sets, at, rows, problem.root_weights[rows], problem.target[rows])
         )
     for block in sorted(several):
         some = first[block * SIZE : (block + 1) * SIZE]
-        yield Block(geometry(points.isel(direction=some)), tuple(several[block]))
+        yield DirectionBlock(geometry(points.isel(direction=some)), tuple(several[block]))
 
 
-def _values(model: Model, directions: Geometry, shape: dict[str, float]) -> Values:
-    found = model.basis(directions, {name: shape[name] for name in model.shape})
-    return np.array([np.broadcast_to(value, directions.z_i.shape) for value in found.values()], dtype=float)
-
-
-def _r(matrix: Values) -> Values:
+def _triangle(matrix: Values) -> Values:
+    """The triangle R of a matrix = Q R."""
     return np.asarray(np.linalg.qr(matrix, mode="r"))

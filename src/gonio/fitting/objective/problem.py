@@ -1,115 +1,71 @@
-"""A model and a scan become two functions of numbers alone, `design` and `residual`; a solver sees nothing else."""
+"""A model and a scan become two functions of numbers alone, `design` and `residual`; a solver sees nothing else.
+
+A model is f = sum_k w_k t_k(shape), with weights w and terms t. At the points of a scan, for one shape, that is a matrix
+times the weights, the `design`. A fit makes the relative weighted squared error least (guo2023, eq 11):
+
+    E = sum g (f - m)^2 / sum g m^2,
+
+with m the measured values and g = g1(theta_i) g2(theta_r) their weights. With r = sqrt(g) (f - m), the `residual`, E is
+the squared length of r over `scale`. For logarithmic weighting r = sqrt(g) (ln f - ln m), and `scale` is sum g.
+"""
 
 import functools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.objective.axes import Axes
-from gonio.fitting.objective.blocks import Bulk, bulk
-from gonio.fitting.objective.loss import LOSSES
-from gonio.fitting.objective.smooth import Smooth, Smoothing, declared, penalty_rows
+from gonio.fitting.objective.entries import Entry, Places, group_label, groups, held_values
+from gonio.fitting.objective.from_scan import answered
+from gonio.fitting.objective.options import ProblemOptions
+from gonio.fitting.objective.smooth import Smooth, declared, penalty_rows
 from gonio.fitting.objective.weighting import WEIGHTINGS
-from gonio.fitting.solution import label
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.measured.distinct import combined, distinct, first_of
-from gonio.measured.instrument import IDEAL, Acceptance, Instrument
+from gonio.measured.instrument import Acceptance
 from gonio.measured.stack import foreign_dims
 from gonio.model import Model
+from gonio.options import options_of
 from gonio.units import UNITS, weight_unit
 
 Values = npt.NDArray[np.float64]
-Grouping = Mapping[str, str | tuple[str, ...]]
-MANY = 200_000  # points in use from which a search takes them in blocks
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One parameter of a problem: a weight or a shape parameter, with one value or one a group of directions."""
-
-    name: str
-    is_weight: bool
-    by: tuple[str, ...]
-    labels: tuple[str, ...]
-    group: npt.NDArray[np.intp]
-    lower: float
-    upper: float
-    unit: str
-    held: tuple[float, ...] | None = None
-
-    @property
-    def size(self) -> int:
-        return len(self.labels)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """`ks`, or `ks[30]` where there is one value a group."""
-        return tuple(f"{self.name}[{label}]" if label else self.name for label in self.labels)
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(ProblemOptions):
     """Fit `model` to `data` by minimising the relative weighted squared error (guo2023, eq 11).
 
-    held: parameters that keep a value given here; one that is grouped, a mapping from each group's label to its value.
-        A model's `wavelength` is held at the scan's own, where that has it, unless it is held, grouped or bounded.
-    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (Table 1).
-    shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
-        colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
-        describe the surface.
-    weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
-    noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
-        the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
-    loss: a name of LOSSES, what a large error costs.
-    point_weights: of the points in use, on top of all other weights; a fit under a robust loss sets them.
-    bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
-    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
-        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
-    instrument: what source and detector take in, folded into every term; the values are those of the model without it.
+    The options are those of ProblemOptions, by keyword. What they leave to the scan, a half width or the constants of a
+    material, is settled when the Problem is made. A model's `wavelength` is held at the scan's own, where that has it,
+    unless it is held, grouped or bounded.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
 
     model: Model
     data: xr.Dataset
-    held: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
-    grouped: Grouping = field(default_factory=dict)
-    shared: tuple[str, ...] = ()
-    weighting: str = "uniform"
-    noise_floor: float = 0.0
-    loss: str = "squared"
-    point_weights: Values | None = None
-    g1: Callable[[Values], Values] | None = None
-    g2: Callable[[Values], Values] | None = None
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    smooth: Smoothing = field(default_factory=dict)
-    instrument: Instrument = IDEAL
 
     def __post_init__(self) -> None:
-        named = {"held": self.held, "grouped": self.grouped, "shared": self.shared, "bounds": self.bounds}
-        named["smooth"] = self.smooth
-        for what, names in named.items():
-            for name in names:
-                if name not in self.model.parameters:
-                    have = ", ".join(self.model.parameters)
-                    raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
-        if self.weighting not in WEIGHTINGS:
-            raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
-        if self.loss not in LOSSES:
-            raise ValueError(f"no loss {self.loss!r}: choose one of {', '.join(LOSSES)}")
-        if not 0 <= self.noise_floor < math.inf:
-            raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
-        if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
-            raise ValueError(
-                f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
-            )
+        super().__post_init__()
         dataset.unit(self.data)
+        self._refuse_no_scan()
+        for name, value in answered(self, self.data).items():
+            object.__setattr__(self, name, value)
+        self._refuse_unknown_names()
+        if not self.free:
+            raise ValueError("every parameter is held: nothing is left to fit")
+        if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
+            raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
+        _ = self.root_weights
+        if self.instrument:
+            _ = self.acceptance
+
+    def _refuse_no_scan(self) -> None:
+        """ValueError for data that no model can be fitted to."""
         if lanes := foreign_dims(self.data):
             along = ", ".join(lanes)
             raise ValueError(f"scans lie side by side along {along}: choose one, or fit each by fit_many (fit-stack)")
@@ -119,48 +75,45 @@ class Problem:
             raise ValueError("models are of reflection, and the scan holds transmission: add --select mode=reflection")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
-        if not self.free:
-            raise ValueError("every parameter is held: nothing is left to fit")
-        if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
-            raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = self.root_weights
-        if self.instrument:
-            _ = self.acceptance
 
-    @functools.cached_property
-    def smoothed(self) -> dict[str, Smooth]:
-        """What is smooth, by name, each in full."""
-        return declared(self.smooth, self.points, self.held, self.shared)
-
-    @functools.cached_property
-    def penalty(self) -> Values:
-        """Rows (m, n) of the residual that hold a vector of values smooth, none where nothing is; they see no data."""
-        rows: Values = penalty_rows(self.smoothed, self.free, self.points) * math.sqrt(self.scale)
-        return rows
+    def _refuse_unknown_names(self) -> None:
+        for what, option in options_of(ProblemOptions).items():
+            for name in getattr(self, what) if option.of_parameters else ():
+                if name not in self.model.parameters:
+                    have = ", ".join(self.model.parameters)
+                    raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
+        """The scan's values in use, on one dimension `direction`."""
         return dataset.points(self.data)
 
     @functools.cached_property
     def geometry(self) -> Geometry:
+        """The directions of the points in use, as unit vectors (points,)."""
         return dataset.geometry(self.points)
 
     @functools.cached_property
     def acceptance(self) -> Acceptance:
+        """What the instrument takes in at every point."""
         return Acceptance(self.instrument, self.geometry)
 
     @functools.cached_property
     def measured(self) -> Values:
+        """The measured BRDF (points,) in the scan's unit."""
         return np.asarray(self.points["brdf"].values, dtype=float)
 
     @property
     def logarithmic(self) -> bool:
+        """Whether the residual compares logarithms."""
         return WEIGHTINGS[self.weighting].logarithmic
 
     @functools.cached_property
     def root_weights(self) -> Values:
-        """Square roots of the weights g1(theta_i) g2(theta_r) of eq 11."""
+        """Square roots (points,) of the weights g1(theta_i) g2(theta_r) of eq 11.
+
+        Raises ValueError for weights that are negative, not finite or all zero.
+        """
         weights = WEIGHTINGS[self.weighting].weights(self.points, self.noise_floor)
         for name, g in (("theta_i", self.g1), ("theta_r", self.g2)):
             if g is not None:
@@ -174,14 +127,28 @@ class Problem:
 
     @functools.cached_property
     def target(self) -> Values:
-        """What the residual subtracts: weighted measured values, or their logarithms."""
+        """What the residual subtracts (points,): weighted measured values, or their logarithms."""
         values = np.log(self.measured) if self.logarithmic else self.measured
         return self.root_weights * values
 
     @functools.cached_property
     def scale(self) -> float:
-        """The denominator of eq 11; for logarithms the number of values, since theirs have no zero to relate to."""
+        """The denominator of eq 11; for logarithms the sum of the weights, since theirs have no zero to relate to."""
         return float(np.sum(self.root_weights**2) if self.logarithmic else np.sum(self.target**2))
+
+    @functools.cached_property
+    def smoothed(self) -> dict[str, Smooth]:
+        """What is smooth, by name, each in full."""
+        return declared(self.smooth, self.points, self.held, self.shared)
+
+    @functools.cached_property
+    def penalty(self) -> Values:
+        """Rows (m, n) whose product with a vector of values is added to the residual; none where nothing is smooth.
+
+        They hold the values smooth, and see no data.
+        """
+        rows: Values = penalty_rows(self.smoothed, self.free, self.points) * math.sqrt(self.scale)
+        return rows
 
     @functools.cached_property
     def entries(self) -> tuple[Entry, ...]:
@@ -189,14 +156,8 @@ class Problem:
         return tuple(self._entry(name, is_weight=name in self.model.weights) for name in self.model.parameters)
 
     def _entry(self, name: str, is_weight: bool) -> Entry:
-        by = self.grouped.get(name, ())
-        by = (by,) if isinstance(by, str) else tuple(by)
-        if is_weight and name not in self.shared and name not in self.held:
-            by += tuple(s for s in self.sets[0] if s not in by)
-        if name in self.smoothed and self.smoothed[name].by not in by:
-            by += (self.smoothed[name].by,)
-        own = self._own_wavelength(name)
-        by = ("wavelength",) if isinstance(own, Mapping) else by
+        scans_own = self._wavelength_of_the_scan(name)
+        by = ("wavelength",) if isinstance(scans_own, Mapping) else self._grouped_by(name, is_weight)
         labels, group = self._groups(by)
         if is_weight:
             lower, upper = self.bounds.get(name, (0.0, math.inf))
@@ -205,7 +166,9 @@ class Problem:
             parameter = self.model.shape[name]
             lower, upper = self.bounds.get(name, (parameter.lower, parameter.upper))
             unit = parameter.unit
-        held = _held(name, self.held.get(name, own), by, labels)
+        given = self.held.get(name, scans_own)
+        assert not isinstance(given, str)  # `answered` has read every half width
+        held = held_values(name, given, by, labels)
         for value in held or ():
             if not is_weight and not lower <= value <= upper:
                 raise ValueError(f"{name} is held at {value:g}, outside its bounds {lower:g} to {upper:g}")
@@ -213,45 +176,40 @@ class Problem:
             raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
-    def _own_wavelength(self, name: str) -> float | dict[str, float] | None:
+    def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:
+        """The coordinates that tell the values of a parameter apart: those asked for, sets, and what it is smooth over."""
+        by = self.grouped.get(name, ())
+        by = (by,) if isinstance(by, str) else tuple(by)
+        if is_weight and name not in self.shared and name not in self.held:
+            by += tuple(s for s in self.sets[0] if s not in by)
+        if name in self.smoothed and self.smoothed[name].by not in by:
+            by += (self.smoothed[name].by,)
+        return by
+
+    def _wavelength_of_the_scan(self, name: str) -> float | dict[str, float] | None:
         """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
         asked = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
         if name != "wavelength" or asked or name not in self.model.shape or name not in self.points.coords:
             return None
         size = UNITS[self.model.shape[name].unit].size
-        own = {label(w): float(w) / size for w in np.unique(self.points[name].values)}
-        return own if len(own) > 1 else next(iter(own.values()))
+        values = {group_label(w): float(w) / size for w in np.unique(self.points[name].values)}
+        return values if len(values) > 1 else next(iter(values.values()))
 
-    def _groups(self, by: tuple[str, ...]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
-        if not by:
-            return ("",), np.zeros(len(self.measured), dtype=np.intp)
-        for coordinate in by:
-            if coordinate not in self.points.coords:
-                have = ", ".join(str(c) for c in self.points.coords)
-                raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
-        if by in self._grouped:
-            return self._grouped[by]
-        columns = [labelled(self.points[c].values) for c in by]
-        group = combined([code for _, code in columns])
-        rows = first_of(group)
-        labels = tuple(",".join(names[code[row]] for names, code in columns) for row in rows)
-        return self._grouped.setdefault(by, (labels, group))
+    def _groups(self, by: tuple[str, ...]) -> tuple[tuple[str, ...], Places]:
+        if by not in self._known_groups:
+            self._known_groups[by] = groups(self.points, by)
+        return self._known_groups[by]
 
     @functools.cached_property
-    def _grouped(self) -> dict[tuple[str, ...], tuple[tuple[str, ...], npt.NDArray[np.intp]]]:
+    def _known_groups(self) -> dict[tuple[str, ...], tuple[tuple[str, ...], Places]]:
         """The groups that were looked for: weights have the same, and there may be millions of points."""
         return {}
 
     @functools.cached_property
-    def sets(self) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
-        """The coordinates that tell sets apart, and each point's set."""
+    def sets(self) -> tuple[tuple[str, ...], Places]:
+        """The coordinates that tell sets apart, and each point's set (points,)."""
         by = dataset.sets(self.points)
         return by, self._groups(by)[1]
-
-    @functools.cached_property
-    def bulk(self) -> Bulk | None:
-        """The same points in blocks, for searches of very many; None where the problem does not go so."""
-        return bulk(self) if len(self.measured) > MANY else None
 
     @functools.cached_property
     def free_weights(self) -> tuple[Entry, ...]:
@@ -272,19 +230,22 @@ class Problem:
 
     @functools.cached_property
     def n_weights(self) -> int:
+        """How many of the free values are weights."""
         return sum(entry.size for entry in self.free_weights)
 
     @functools.cached_property
     def lower(self) -> Values:
+        """The least allowed value of every free value (n,)."""
         return np.array([e.lower for e in self.free for _ in e.labels])
 
     @functools.cached_property
     def upper(self) -> Values:
+        """The largest allowed value of every free value (n,)."""
         return np.array([e.upper for e in self.free for _ in e.labels])
 
     @functools.cached_property
     def shape_start(self) -> Values:
-        """The declared defaults, moved inside the bounds."""
+        """The declared defaults of the free shape values (n_shape,), moved inside the bounds."""
         defaults = [self.model.shape[e.name].default for e in self.free_shape for _ in e.labels]
         return np.clip(defaults, self.lower[self.n_weights :], self.upper[self.n_weights :])
 
@@ -296,7 +257,7 @@ class Problem:
         low, high = self.lower[n:] if lower is None else lower, self.upper[n:] if upper is None else upper
         return Axes(parameters, low, high, evenly)
 
-    def part(self, rows: npt.NDArray[np.intp]) -> "Problem":
+    def part(self, rows: Places) -> "Problem":
         """The same problem of some of its points in use."""
         given = None if self.point_weights is None else self.point_weights[rows]
         return replace(self, data=self.points.isel(direction=rows), point_weights=given)
@@ -326,40 +287,6 @@ class Problem:
             column += entry.size
         return np.swapaxes(columns, -1, -2), fixed
 
-    def brdf(self, vector: Values) -> Values:
-        """The model at every point as the instrument reads it, for a vector (..., n) of weights and shape."""
-        matrix, fixed = self.design(vector[..., self.n_weights :])
-        out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
-        return out
-
-    def residual(self, vector: Values) -> Values:
-        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11), then a penalty."""
-        difference = self.difference(self.brdf(vector))
-        return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
-
-    def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
-        """A weighted design and its target for one shape or several, with the rows of the penalty below."""
-        if not len(self.penalty):
-            return matrix, target
-        weights, bent = self.penalty[:, : self.n_weights], shape @ self.penalty[:, self.n_weights :].T
-        weights = np.broadcast_to(weights, (*shape.shape[:-1], *weights.shape))
-        return np.concatenate([matrix, weights], axis=-2), np.concatenate([target, -bent], axis=-1)
-
-    def difference(self, modelled: Values) -> Values:
-        """The residual of BRDF values that are there already."""
-        if self.logarithmic:
-            modelled = np.log(np.maximum(modelled, np.finfo(float).tiny))
-        return self.root_weights * modelled - self.target
-
-    def error(self, uncertainty: Values) -> Values:
-        """How far an uncertainty of every measured value moves the residual."""
-        return self.root_weights * (uncertainty / self.measured if self.logarithmic else uncertainty)
-
-    def cost(self, residual: Values) -> Values:
-        """E (eq 11) of a residual."""
-        total: Values = np.sum(residual**2, axis=-1) / self.scale
-        return total
-
     def _shape_at_points(self, shape: Values) -> dict[str, Values | float]:
         """Each shape parameter's value at every point, shaped to broadcast against the directions."""
         values: dict[str, Values | float] = {}
@@ -375,30 +302,36 @@ class Problem:
             at += entry.size
         return values
 
+    def brdf(self, vector: Values) -> Values:
+        """The model at every point (..., points) as the instrument reads it, for a vector (..., n) of weights and shape."""
+        matrix, fixed = self.design(vector[..., self.n_weights :])
+        out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
+        return out
 
-def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
-    """The labels of a coordinate's values in their order, and each value's place among them.
+    def residual(self, vector: Values) -> Values:
+        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11), then the penalty."""
+        difference = self.difference(self.brdf(vector))
+        return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
 
-    Numbers that agree in six digits have one label, and are one value.
-    """
-    found, place = distinct(values)
-    texts = [label(value) for value in found]
-    labels = tuple(dict.fromkeys(texts))
-    index = {text: at for at, text in enumerate(labels)}
-    return labels, np.array([index[text] for text in texts], dtype=np.intp)[place]
+    def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
+        """A weighted design and its target for one shape or several, with the rows of the penalty below."""
+        if not len(self.penalty):
+            return matrix, target
+        weights, of_shape = self.penalty[:, : self.n_weights], shape @ self.penalty[:, self.n_weights :].T
+        weights = np.broadcast_to(weights, (*shape.shape[:-1], *weights.shape))
+        return np.concatenate([matrix, weights], axis=-2), np.concatenate([target, -of_shape], axis=-1)
 
+    def difference(self, modelled: Values) -> Values:
+        """The residual (..., points) of BRDF values that are there already."""
+        if self.logarithmic:
+            modelled = np.log(np.maximum(modelled, np.finfo(float).tiny))
+        return self.root_weights * modelled - self.target
 
-def _held(
-    name: str, given: float | Mapping[str, float] | None, by: tuple[str, ...], labels: tuple[str, ...]
-) -> tuple[float, ...] | None:
-    """The held value of every group, in the order of their labels."""
-    if given is None:
-        return None
-    if not isinstance(given, Mapping):
-        if by:
-            raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
-        return (float(given),)
-    if missing := [label for label in labels if label not in given]:
-        where = f"grouped by {', '.join(by)}" if by else "not grouped"
-        raise ValueError(f"{name} is {where} and held for {', '.join(given)}: there is none for {missing[0] or 'all'}")
-    return tuple(float(given[label]) for label in labels)
+    def error(self, uncertainty: Values) -> Values:
+        """How far an uncertainty (points,) of every measured value moves the residual."""
+        return self.root_weights * (uncertainty / self.measured if self.logarithmic else uncertainty)
+
+    def cost(self, residual: Values) -> Values:
+        """E (eq 11) of a residual (..., points)."""
+        total: Values = np.sum(residual**2, axis=-1) / self.scale
+        return total

@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Container, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-if TYPE_CHECKING:
-    from gonio.fitting.objective.problem import Entry
+from gonio.fitting.objective.entries import Entry
 
 Values = npt.NDArray[np.float64]
 AUTO = "auto"
@@ -74,7 +73,7 @@ def declared(smooth: Smoothing, points: xr.Dataset, held: Container[str], shared
     return out
 
 
-def penalty_rows(smooth: Mapping[str, Smooth], entries: Sequence["Entry"], points: xr.Dataset) -> Values:
+def penalty_rows(smooth: Mapping[str, Smooth], entries: Sequence[Entry], points: xr.Dataset) -> Values:
     """Rows (m, values) whose squared product with the values of `entries` is what is added to E."""
     size = sum(entry.size for entry in entries)
     blocks, at = [np.empty((0, size))], 0
@@ -93,7 +92,7 @@ def penalty_rows(smooth: Mapping[str, Smooth], entries: Sequence["Entry"], point
     return np.concatenate(blocks)
 
 
-def _bends(entry: "Entry", by: str, points: xr.Dataset) -> Values:
+def _bends(entry: Entry, by: str, points: xr.Dataset) -> Values:
     """Second derivatives (m, groups) along each curve of the entry, whose squares sum to their mean integral."""
     first = np.unique(entry.group, return_index=True)[1]
     x = points[by].values[first].astype(float)

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.search.solver import Progress, silent
-from gonio.fitting.solution import Optimum
+from gonio.fitting.search.solver import Optimum, Progress, silent
 
 Values = npt.NDArray[np.float64]
 BLOCK = 256  # steps whose random numbers are drawn at once

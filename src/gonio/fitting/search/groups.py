@@ -6,8 +6,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.objective.problem import Entry, Problem, labelled
-from gonio.fitting.solution import Optimum
+from gonio.fitting.objective.entries import Entry, labelled
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.solver import Optimum
 
 Values = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
@@ -27,7 +28,7 @@ def is_grouped(problem: Problem) -> bool:
 
 
 def weights_couple(problem: Problem) -> bool:
-    """Whether a free weight is told by more than one group of a shape parameter."""
+    """Whether points of more than one group of a shape parameter determine one free weight."""
     grouped = [set(entry.by) for entry in problem.free_shape if entry.size > 1]
     return any(not by <= set(weight.by) for weight in problem.free_weights for by in grouped)
 
@@ -53,8 +54,8 @@ def carried(vector: Values, source: Problem, problem: Problem, rows: Rows | slic
 def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     """Problems, each with its points, whose optima together are the optimum of the whole; none where it does not split.
 
-    It splits where one coordinate groups every free parameter and nothing is smooth: no value is then told by more than
-    one of the coordinate's values.
+    It splits where one coordinate groups every free parameter and nothing is smooth: the points of one of its values
+    then determine values that no other point has a part in.
     """
     shared_by = set.intersection(*(set(entry.by) for entry in problem.free))
     if not shared_by or len(problem.penalty):
@@ -62,22 +63,22 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     by = next(c for entry in problem.free for c in entry.by if c in shared_by)
     labels, place = labelled(problem.points[by].values)
     rows = [np.flatnonzero(place == k) for k in range(len(labels))]
-    told = problem.root_weights * problem.measured
-    if len(rows) < 2 or not all(told[some].any() for some in rows):
+    signal = problem.root_weights * problem.measured
+    if len(rows) < 2 or not all(signal[some].any() for some in rows):
         return []
     free = replace(problem, smooth={})
     return [(some, free.part(some)) for some in rows]
 
 
-def assembled(problem: Problem, found: list[tuple[Rows, Problem, Optimum]]) -> Optimum:
+def assembled(problem: Problem, optima: list[tuple[Rows, Problem, Optimum]]) -> Optimum:
     """The optimum of a problem from those of its parts."""
     vector = np.full(len(problem.names), np.nan)
-    for rows, part, optimum in found:
+    for rows, part, optimum in optima:
         values = carried(optimum.vector, part, problem, rows)
         vector = np.where(np.isnan(values), vector, values)
-    cost = float(sum(part.scale * optimum.cost for _, part, optimum in found) / problem.scale)
-    exhausted = any(optimum.exhausted for *_, optimum in found)
-    return Optimum(vector, cost, exhausted, sum(optimum.evaluations for *_, optimum in found), np.array([cost]))
+    cost = float(sum(part.scale * optimum.cost for _, part, optimum in optima) / problem.scale)
+    exhausted = any(optimum.exhausted for *_, optimum in optima)
+    return Optimum(vector, cost, exhausted, sum(optimum.evaluations for *_, optimum in optima), np.array([cost]))
 
 
 def side_by_side(reduced: Reduced, point: Values, k: int, line: int) -> Values:
@@ -87,13 +88,13 @@ def side_by_side(reduced: Reduced, point: Values, k: int, line: int) -> Values:
     """
     entries = reduced.problem.free_shape
     at = sum(entry.size for entry in entries[:k])
-    own = slice(at, at + entries[k].size)
-    tried = np.vstack([point[own], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
+    places = slice(at, at + entries[k].size)
+    tried = np.vstack([point[places], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
     points = np.tile(point, (len(tried), 1))
-    points[:, own] = tried
+    points[:, places] = tried
     errors = [_errors_by_group(entries[k], residual) for residual in reduced.residual(points)]
     best = point.copy()
-    best[own] = tried[np.argmin(errors, axis=0), np.arange(entries[k].size)]
+    best[places] = tried[np.argmin(errors, axis=0), np.arange(entries[k].size)]
     return best
 
 

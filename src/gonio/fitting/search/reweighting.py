@@ -1,6 +1,8 @@
 """Fits under a robust loss: squared errors, weighted anew from the residuals of the last fit until nothing moves.
 
-Every step is a fit like any other, with the exact weights of the terms (holland1977).
+A robust loss rho(u) of residuals u in units of their scatter has its minimum where that of sum w_k u_k^2 is, if each
+point has the weight w_k = rho'(u_k)/u_k. Weights and fit are computed in turn until they agree (holland1977). So every
+step is a fit like any other, with the exact weights of the terms.
 """
 
 from dataclasses import dataclass, replace
@@ -12,22 +14,23 @@ from gonio.fitting.objective.loss import LOSSES
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.descent import SEARCHED
 from gonio.fitting.search.refit import refit
-from gonio.fitting.search.solver import Progress, Solver, silent
-from gonio.fitting.solution import Optimum
+from gonio.fitting.search.solver import Optimum, Solver
 
 Values = npt.NDArray[np.float64]
 
 NORMAL_MEDIAN = 0.6745  # median size of a standard normal number
 STILL = 1e-4  # of the scale: when no residual moves by more, the weights have settled
 ROUNDS = 100  # fits at most; a tenth of that is usual
-BETTER = 1e-6  # of the loss: by how much a minimum found elsewhere must be lower
+LOWER_LOSS = 1e-6  # of the loss: by how much the minimum of a second search must be lower
 
 
 @dataclass(frozen=True)
 class Settled:
-    """A minimum under a loss: the vector, the problem with the weights that the loss gives its points, and their scale.
+    """A minimum under a loss.
 
-    slope: of weight times residual over the weight, at every point; 1 for squared errors.
+    vector (n,): the values there. problem: with the weights that the loss gives its points. scale: the scatter of the
+    weighted residuals, NaN for squared errors. slope (points,): of weight times residual over the weight; 1 for squared
+    errors. exhausted: whether the weights had not settled after ROUNDS fits.
     """
 
     vector: Values
@@ -37,8 +40,13 @@ class Settled:
     exhausted: bool
 
 
+def as_found(problem: Problem, vector: Values, exhausted: bool = False) -> Settled:
+    """What is settled of a minimum of squared errors: nothing is weighted anew."""
+    return Settled(vector, problem, np.nan, np.ones_like(problem.measured), exhausted)
+
+
 def scatter(residual: Values, free: int) -> float:
-    """Standard deviation of a normal residual from its median size, which half of the points may not spoil.
+    """Standard deviation of a normal residual (points,) from its median size, which half of the points may not spoil.
 
     The smallest residuals, as many as `free` values that were fitted to them, tell nothing and are left out.
     """
@@ -46,29 +54,27 @@ def scatter(residual: Values, free: int) -> float:
     return float(np.median(size[min(free, len(size) - 1) :])) / NORMAL_MEDIAN
 
 
-def minimum(problem: Problem, solver: Solver, progress: Progress = silent) -> tuple[Optimum, Settled]:
-    """The optimum under the loss of a problem, and how its points were weighted there.
+def reweighted(problem: Problem, solver: Solver, start: Optimum) -> tuple[Optimum, Settled]:
+    """The optimum under the robust loss of a problem, from the optimum of its squared errors.
 
-    A search of squared errors may end in a minimum that outliers made: it is repeated with the weights that settled.
+    A search of squared errors may end in a minimum that outliers made: it is repeated with the weights that settled,
+    and the lower of both is kept.
     """
-    optimum = solver.search(problem, progress)
-    if problem.loss == "squared":
-        return optimum, Settled(optimum.vector, problem, np.nan, np.ones_like(problem.measured), optimum.exhausted)
-    found = settle(problem, optimum.vector)
-    again = solver.search(found.problem)
+    settled = settle(problem, start.vector)
+    again = solver.search(settled.problem)
     other = settle(problem, again.vector)
-    if _total(problem, other.vector, found.scale) < _total(problem, found.vector, found.scale) * (1 - BETTER):
-        found = other
-    cost = float(problem.cost(problem.residual(found.vector)))
-    evaluations = optimum.evaluations + again.evaluations
-    return Optimum(found.vector, cost, found.exhausted, evaluations, optimum.history), found
+    if _total(problem, other.vector, settled.scale) < _total(problem, settled.vector, settled.scale) * (1 - LOWER_LOSS):
+        settled = other
+    cost = float(problem.cost(problem.residual(settled.vector)))
+    evaluations = start.evaluations + again.evaluations
+    return Optimum(settled.vector, cost, settled.exhausted, evaluations, start.history), settled
 
 
 def settle(problem: Problem, start: Values, tolerance: float = SEARCHED, max_steps: int = 2000) -> Settled:
-    """The minimum downhill of a vector of weights and shape under the loss of the problem, as `refit` finds it."""
+    """The minimum downhill of a vector (n,) of weights and shape under the loss of the problem, as `refit` finds it."""
     vector = refit(problem, start, tolerance, max_steps).point
     if problem.loss == "squared":
-        return Settled(vector, problem, np.nan, np.ones_like(problem.measured), False)
+        return as_found(problem, vector)
     loss = LOSSES[problem.loss]
     given = 1.0 if problem.point_weights is None else problem.point_weights
     residual = _of_points(problem, vector)
@@ -94,5 +100,6 @@ def _of_points(problem: Problem, vector: Values) -> Values:
 
 
 def _total(problem: Problem, vector: Values, scale: float) -> float:
+    """The whole loss of a vector, with residuals in units of `scale`."""
     smooth = problem.penalty @ vector / scale
     return float(np.sum(LOSSES[problem.loss].cost(_of_points(problem, vector) / scale)) + smooth @ smooth / 2)

@@ -1,4 +1,8 @@
-"""How strongly parameters are held smooth, where a problem leaves that open: what predicts points left out best."""
+"""How strongly parameters are held smooth, where a problem leaves that open: what predicts points left out best.
+
+For one strength, the error of each point in a fit without it is r_k / (1 - h_k) to first order, with the residual r_k of
+the fit with it and its leverage h_k (allen1974). The strength is chosen that makes their squared sum least.
+"""
 
 import math
 from collections.abc import Sequence
@@ -10,16 +14,17 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.objective.slopes import quick_jacobian
 from gonio.fitting.objective.smooth import AUTO, Smooth
-from gonio.fitting.search.descent import Tangent
+from gonio.fitting.objective.tangent import ALONE, Tangent
 from gonio.fitting.search.groups import carried, common
 from gonio.fitting.search.projection import Projection
-from gonio.fitting.search.refit import refit, slopes
+from gonio.fitting.search.refit import refit
 
 Values = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 STRONGEST, WEAKEST = 2, -13  # decimal exponents: a straight line, and values as good as free in any measurement
 FINE = 0.05  # of a decade: a strength half a decade off changes little
-ALONE = 1 - 1e-9  # leverage of a point that one value fits exactly: no other tells of it
 
 
 def resolved(problem: Problem) -> Problem:
@@ -41,10 +46,10 @@ def resolved(problem: Problem) -> Problem:
     if not open_names:
         return scaled
     best = _fitted(scaled, open_names, STRONGEST, vector)
-    told = _leverage(best.problem, best.vector) < ALONE
-    best = _least(best, open_names, told)
+    predicted = _leverage(best.problem, best.vector) < ALONE
+    best = _least(best, open_names, predicted)
     for name in open_names if len(open_names) > 1 else ():
-        best = _least(best, [name], told)
+        best = _least(best, [name], predicted)
     return best.problem
 
 
@@ -57,10 +62,8 @@ def effective_values(problem: Problem, vector: Values) -> float:
 
 
 def _leverage(problem: Problem, vector: Values) -> Values:
-    """By how much each point pulls its own modelled value, 0 to 1."""
-    basis = Tangent(slopes(problem, vector)).basis[: len(problem.measured)]
-    out: Values = np.sum(basis**2, axis=1)
-    return out
+    """By how much each point pulls its own modelled value, 0 to 1 (points,)."""
+    return Tangent(quick_jacobian(problem, vector)).leverage(len(problem.measured))
 
 
 class _Fit(NamedTuple):
@@ -69,14 +72,15 @@ class _Fit(NamedTuple):
     problem: Problem
     vector: Values
 
-    def left_out(self, told: npt.NDArray[np.bool_]) -> float:
-        """Squared errors of the predictions of each point from all others, over the points that others tell of."""
-        free = 1 - _leverage(self.problem, self.vector)[told]
-        error = self.problem.difference(self.problem.brdf(self.vector))[told]
+    def left_out(self, predicted: Mask) -> float:
+        """Squared errors of the predictions of each point from all others, over the points that others predict."""
+        free = 1 - _leverage(self.problem, self.vector)[predicted]
+        error = self.problem.difference(self.problem.brdf(self.vector))[predicted]
         return float(np.sum((error / free) ** 2)) if free.min(initial=1.0) > 1 - ALONE else math.inf
 
 
 def _fitted(problem: Problem, names: Sequence[str], exponent: float, near: Values) -> _Fit:
+    """The fit with some parameters held smooth by 10^exponent, from values that are near."""
     changed = {
         name: one._replace(strength=float(10.0**exponent)) for name, one in problem.smoothed.items() if name in names
     }
@@ -84,16 +88,16 @@ def _fitted(problem: Problem, names: Sequence[str], exponent: float, near: Value
     return _Fit(tried, refit(tried, near).point)
 
 
-def _least(fit: _Fit, names: Sequence[str], told: npt.NDArray[np.bool_]) -> _Fit:
+def _least(fit: _Fit, names: Sequence[str], predicted: Mask) -> _Fit:
     """The best strength for some parameters: from the straight line down by decades, then between two of these."""
     path = [_fitted(fit.problem, names, STRONGEST, fit.vector)]
     for exponent in range(STRONGEST - 1, WEAKEST - 1, -1):
         path.append(_fitted(fit.problem, names, exponent, path[-1].vector))
-    scores = [tried.left_out(told) for tried in path]
+    scores = [tried.left_out(predicted) for tried in path]
     best = path[int(np.argmin(scores))]
     middle = STRONGEST - int(np.argmin(scores))
     found = minimize_scalar(
-        lambda exponent: _fitted(fit.problem, names, exponent, best.vector).left_out(told),
+        lambda exponent: _fitted(fit.problem, names, exponent, best.vector).left_out(predicted),
         bounds=(max(middle - 1, WEAKEST), min(middle + 1, STRONGEST)),
         method="bounded",
         options={"xatol": FINE},
@@ -102,7 +106,7 @@ def _least(fit: _Fit, names: Sequence[str], told: npt.NDArray[np.bool_]) -> _Fit
 
 
 def _scaled(problem: Problem, vector: Values) -> dict[str, Smooth]:
-    """What is smooth, with its scale from the values of one fit."""
+    """What is smooth, with its scale from the values (n,) of one fit."""
     out, at = {}, 0
     for entry in problem.free:
         values = vector[at : at + entry.size]

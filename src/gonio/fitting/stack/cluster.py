@@ -12,8 +12,7 @@ import xarray as xr
 
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.stack.manifest import Record
-from gonio.fitting.stack.run import Run, fit_block, prepare
-from gonio.model import Model
+from gonio.fitting.stack.run import Run, StackFit, fit_block, prepare
 from gonio.processes import THREADS, cores
 
 REMEDY = "pip install 'gonio[cluster]'"
@@ -221,28 +220,24 @@ def _told(failed: dict[int, str], run: Run) -> str:
 
 
 def fit_stack(
-    model: Model,
-    stack: str | Path,
-    out: str | Path,
+    asked: StackFit,
     *,
-    each: Sequence[str] = (),
     scheduler: str = "",
     workers: int = 0,
     force: bool = False,
     progress: Progress = silent,
-    **declared: Any,
 ) -> xr.Dataset:
-    """Fit `model` to every lane of the stack in the Zarr store `stack`, and write the Solution to the Zarr store `out`.
+    """Fit every lane of a stack, and return the opened store of the results.
 
-    What was written before is kept where `out` holds the same run, so a call that was ended is simply made again.
-    `declared` is handed on to `prepare`: problem, settings, block. Returns the opened store of results.
+    What was written before is kept where `out` holds the same run, so a call that was ended is simply made again;
+    `force` starts anew. scheduler, workers: as `connected` takes them.
     A script that calls this needs its guard `if __name__ == "__main__"`, since workers are fresh processes.
     """
-    run = prepare(model, stack, out, each=each, force=force, **declared)
+    run = prepare(asked, force)
     if run.todo:
         with connected(scheduler, workers, run.job.modules) as cluster:
             done = sum(run.job.blocks.size(block) for block in run.done)
             for record in fit_blocks(cluster.client, run):
                 done += record.lanes
                 progress(done / run.job.blocks.lanes)
-    return xr.open_zarr(out)
+    return xr.open_zarr(asked.out)

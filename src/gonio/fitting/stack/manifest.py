@@ -20,7 +20,7 @@ FOLDER = "manifest"
 
 
 @dataclass(frozen=True)
-class Blocks:
+class BlockGrid:
     """Lanes in blocks of a regular grid: `dims` and `shape` of the lanes, and how many of each a block holds."""
 
     dims: tuple[str, ...]
@@ -28,8 +28,8 @@ class Blocks:
     chunk: tuple[int, ...]
 
     @classmethod
-    def of(cls, lanes: Mapping[str, int], most: int) -> "Blocks":
-        """Blocks of at most so many lanes: the last dimensions whole, the first ones cut."""
+    def of(cls, lanes: Mapping[str, int], most: int) -> "BlockGrid":
+        """BlockGrid of at most so many lanes: the last dimensions whole, the first ones cut."""
         if most < 1:
             raise ValueError(f"a block holds at least one lane, and --block is {most}")
         room, chunk = most, []

@@ -16,9 +16,10 @@ from typing import Any
 import xarray as xr
 
 from gonio.files import refuse_existing, replacing
+from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.stack import store as lane_store
-from gonio.fitting.stack.manifest import Blocks, Manifest, Record, difference, plain
+from gonio.fitting.stack.manifest import BlockGrid, Manifest, Record, difference, plain
 from gonio.measured.stack import lane_dims, one_scan
 from gonio.measured.stack_store import identity, open_stack
 from gonio.model import Model
@@ -29,6 +30,36 @@ _MATTERS = ("gonio", "numpy", "scipy", "jax", "jaxlib")  # the versions on which
 
 
 @dataclass(frozen=True)
+class StackFit:
+    """What is to be fitted: a model to every lane of the stack in the store `stack`, into the store `out`.
+
+    each: coordinates of sets, such as wavelength, of which each value is fitted for itself.
+    problem: the options of each lane's Problem; settings: what `fit_many` takes besides, solver and covariance among it.
+    block: the most lanes of a block, which is what one task fits and what a crash loses.
+    fit_many: another function than `fitting.fit_many`, which needs JAX.
+    Raises ValueError for an option that reads one scan, of which a stack has many.
+    """
+
+    model: Model
+    stack: Path
+    out: Path
+    each: tuple[str, ...] = ()
+    problem: ProblemOptions = field(default_factory=ProblemOptions)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    block: int = LANES_OF_BLOCK
+    fit_many: FitMany | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in self.problem.held.items():
+            if isinstance(value, str):
+                raise ValueError(
+                    f"--hold {name}={value} reads one scan, and a stack has many: hold {name} at a number"
+                )
+        for name in ("stack", "out"):
+            object.__setattr__(self, name, Path(getattr(self, name)).absolute())
+
+
+@dataclass(frozen=True)
 class Job:
     """What a process needs to fit any block; small, since it travels with every task: all data come from the store.
 
@@ -36,19 +67,18 @@ class Job:
     """
 
     digest: str
-    stack: Path = field(compare=False)
-    out: Path = field(compare=False)
-    each: tuple[str, ...] = field(compare=False)
-    model: Model = field(compare=False)
-    problem: Mapping[str, Any] = field(compare=False)
-    settings: Mapping[str, Any] = field(compare=False)
-    blocks: Blocks = field(compare=False)
-    fit_many: FitMany | None = field(compare=False, default=None)
+    asked: StackFit = field(compare=False)
+    blocks: BlockGrid = field(compare=False)
+
+    @property
+    def out(self) -> Path:
+        """The store of the results."""
+        return self.asked.out
 
     def search(self) -> FitMany:
         """`fit_many`, which needs JAX, unless the job brings another."""
-        if self.fit_many is not None:
-            return self.fit_many
+        if self.asked.fit_many is not None:
+            return self.asked.fit_many
         from gonio.fitting.many.fit_many import fit_many
 
         return fit_many
@@ -56,12 +86,13 @@ class Job:
     @property
     def modules(self) -> tuple[str, ...]:
         """What a process loads for its first block; JAX, which takes a second, is among it."""
-        return () if self.fit_many else ("gonio.fitting.many.starts", "gonio.fitting.many.covariance", "zarr")
+        return () if self.asked.fit_many else ("gonio.fitting.many.starts", "gonio.fitting.many.covariance", "zarr")
 
     def prepared(self) -> tuple[Problem, xr.Dataset]:
         """The problem of one lane, and the stack, whose values are still in the store."""
-        stack = open_stack(self.stack)
-        return Problem(self.model, one_scan(stack, lane_dims(stack, self.each)), **self.problem), stack
+        stack = open_stack(self.asked.stack)
+        scan = one_scan(stack, lane_dims(stack, self.asked.each))
+        return Problem(self.asked.model, scan, **self.asked.problem.given()), stack
 
 
 @functools.lru_cache(maxsize=2)
@@ -93,6 +124,7 @@ class Run:
 
     @property
     def manifest(self) -> Manifest:
+        """The manifest of the store of the results."""
         return Manifest(self.job.out)
 
     def attempts(self, block: int) -> int:
@@ -101,65 +133,59 @@ class Run:
 
     @property
     def todo(self) -> list[int]:
+        """The blocks that were not written when the run began."""
         return [block for block in range(len(self.job.blocks)) if block not in self.done]
 
 
-def prepare(
-    model: Model,
-    stack: str | Path,
-    out: str | Path,
-    *,
-    each: Sequence[str] = (),
-    problem: Mapping[str, Any] | None = None,
-    settings: Mapping[str, Any] | None = None,
-    block: int = LANES_OF_BLOCK,
-    force: bool = False,
-    fit_many: FitMany | None = None,
-) -> Run:
-    """Begin the fit of `model` to every lane of the stack, or take up the same fit where it stopped.
+def prepare(asked: StackFit, force: bool = False) -> Run:
+    """Begin a fit of a stack, or take up the same fit where it stopped.
 
-    each: coordinates of sets, such as wavelength, of which each value is fitted for itself.
-    problem: what a Problem is declared by, beside model and data; settings: what `fit_many` takes.
-    block: the most lanes of a block, which is what one task fits and what a crash loses.
     Raises ValueError where the stack is none, or `out` holds another run and `force` is False; FileExistsError where
     `out` is something else.
     """
-    stack, out = Path(stack).absolute(), Path(out).absolute()
-    opened = open_stack(stack)
-    lanes = lane_dims(opened, each)
-    blocks = Blocks.of({dim: opened.sizes[dim] for dim in lanes}, block)
+    opened = open_stack(asked.stack)
+    lanes = lane_dims(opened, asked.each)
+    blocks = BlockGrid.of({dim: opened.sizes[dim] for dim in lanes}, asked.block)
     if not blocks.lanes:
-        raise ValueError(f"{stack} holds no scan: its {' and '.join(d for d in lanes if not opened.sizes[d])} is empty")
-    declared = plain(
+        empty = " and ".join(d for d in lanes if not opened.sizes[d])
+        raise ValueError(f"{asked.stack} holds no scan: its {empty} is empty")
+    declared = _declared(asked, opened, blocks)
+    digest = hashlib.sha256(json.dumps(declared).encode()).hexdigest()
+    job = Job(digest, asked, blocks)
+    before = Manifest(asked.out).run()
+    if before is None:
+        refuse_existing(asked.out, force)
+    if before is None or force:
+        return Run(job, frozenset(), {}, _fresh(job, opened, declared, force))
+    if change := difference(before, declared):
+        raise ValueError(
+            f"{asked.out} holds the fit of another run: {change}; choose another --out, or --force to start anew"
+        )
+    job.search()
+    manifest = Manifest(asked.out)
+    done = frozenset(manifest.written())
+    return Run(job, done, {block: len(manifest.starts(block)) for block in manifest.begun() - done})
+
+
+def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
+    """Everything on which the results depend, as the manifest keeps it."""
+    return plain(
         {
-            "stack": identity(stack, opened),
-            "model": {"name": model.name, "parameters": _declaration(model)},
-            "problem": dict(problem or {}),
-            "each": list(each),
-            "fit": dict(settings or {}),
+            "stack": identity(asked.stack, opened),
+            "model": {"name": asked.model.name, "parameters": _declaration(asked.model)},
+            "problem": asked.problem.given(),
+            "each": list(asked.each),
+            "fit": dict(asked.settings),
             "block": dict(zip(blocks.dims, blocks.chunk, strict=True)),
             "versions": _versions(),
         }
     )
-    digest = hashlib.sha256(json.dumps(declared).encode()).hexdigest()
-    job = Job(digest, stack, out, tuple(each), model, problem or {}, settings or {}, blocks, fit_many)
-    before = Manifest(out).run()
-    if before is None:
-        refuse_existing(out, force)
-    if before is None or force:
-        return Run(job, frozenset(), {}, _fresh(job, opened, declared, force))
-    if found := difference(before, declared):
-        raise ValueError(f"{out} holds the fit of another run: {found}; choose another --out, or --force to start anew")
-    job.search()
-    manifest = Manifest(out)
-    done = frozenset(manifest.written())
-    return Run(job, done, {block: len(manifest.starts(block)) for block in manifest.begun() - done})
 
 
 def _fresh(job: Job, stack: xr.Dataset, declared: Any, force: bool) -> Callable[[], None]:
     """What makes the store without a lane fitted; a problem that cannot be fitted is refused here."""
     problem, _ = job.prepared()
-    empty = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.settings)
+    empty = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.asked.settings)
     empty = empty.transpose(*job.blocks.dims, ...)
     coords = {n: c for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(job.blocks.dims)}
 
@@ -191,7 +217,7 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
     problem, stack = _prepared(job)
     region = job.blocks.region(block)
     part = stack.isel(region).load()
-    result = job.search()(problem, part, **job.settings).transpose(*job.blocks.dims, ...)
+    result = job.search()(problem, part, **job.asked.settings).transpose(*job.blocks.dims, ...)
     seconds = time.time() - started
     lane_store.write(job.out, result, job.blocks, block)
     record = Record(
@@ -225,10 +251,10 @@ def _declaration(model: Model) -> dict[str, Any]:
 
 
 def _versions() -> dict[str, str]:
-    found = {}
+    known = {}
     for name in _MATTERS:
         try:
-            found[name] = version(name)
+            known[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "none"
-    return found
+            known[name] = "none"
+    return known

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.fitting.stack.manifest import FOLDER, Blocks, now, synchronise
+from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now, synchronise
 
 OF_ONE_CALL = ("seconds",)  # attributes of a Solution that are not those of all blocks
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written
 
 
-def is_per_lane(variable: xr.DataArray, blocks: Blocks) -> bool:
+def is_per_lane(variable: xr.DataArray, blocks: BlockGrid) -> bool:
     return variable.dims[: len(blocks.dims)] == blocks.dims
 
 
-def create(path: Path, empty: xr.Dataset, coords: Mapping[Any, xr.DataArray], blocks: Blocks, run: Any) -> None:
+def create(path: Path, empty: xr.Dataset, coords: Mapping[Any, xr.DataArray], blocks: BlockGrid, run: Any) -> None:
     """A store in which no lane is fitted yet, and its manifest.
 
     `empty` is the Solution of no lanes: its variables with lane dimensions become arrays without values, the others
@@ -44,7 +44,7 @@ def _is_text(variable: xr.Variable) -> bool:
     return variable.dtype.kind == "O" and all(isinstance(v, str) for v in variable.values.ravel())
 
 
-def _create_array(group: Any, name: str, variable: xr.DataArray, blocks: Blocks) -> None:
+def _create_array(group: Any, name: str, variable: xr.DataArray, blocks: BlockGrid) -> None:
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
     tail = variable.shape[len(blocks.dims) :]
@@ -81,7 +81,7 @@ def _consolidate(path: Path) -> None:
         zarr.consolidate_metadata(path)
 
 
-def write(path: Path, result: xr.Dataset, blocks: Blocks, block: int) -> None:
+def write(path: Path, result: xr.Dataset, blocks: BlockGrid, block: int) -> None:
     """Put the Solution of one block into its chunks, and have these on the disk; what was half written is replaced."""
     import zarr
 

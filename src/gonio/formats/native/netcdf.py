@@ -1,73 +1,33 @@
 """gonio's own Dataset as a NetCDF file."""
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from gonio.door import netcdf3
+from gonio.door import netcdf
 from gonio.door.text import clip
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
 
-_HDF5 = b"\x89HDF\r\n\x1a\n"
 _AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
 
 
-def _recognises(head: bytes) -> bool:
-    return head.startswith((*netcdf3.MAGIC, _HDF5))
-
-
 def _read(path: Path) -> xr.Dataset:
-    with path.open("rb") as file:
-        is_hdf5 = file.read(8) == _HDF5
-    scan, places = _hdf5(path) if is_hdf5 else _classic(path)
+    scan, places = netcdf.read(path)
+    if netcdf.CONTENT in scan.attrs:
+        what = f"holds a {clip(str(scan.attrs[netcdf.CONTENT]))}, and no scan: gonio check reads it, and Solution.load"
+        raise FormatError(path, what, "byte 0")
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
         what = f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
         raise FormatError(path, what, "byte 0")
     for name in SETS:
         if name in scan.variables and scan[name].dtype.kind in "OS":
-            scan[name] = _as_text(path, scan[name], places)
+            scan[name] = netcdf.text(path, scan[name], places)
     _refuse_invalid(path, scan, places)
     return scan
-
-
-def _as_text(path: Path, names: xr.DataArray, places: dict[str, int]) -> xr.DataArray:
-    try:
-        return names.astype(str)
-    except UnicodeDecodeError as error:
-        place = f"byte {places.get(str(names.name), 0)}"
-        raise FormatError(path, f"{names.name} is text in no known encoding: save it as UTF-8", place) from error
-
-
-def _classic(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
-    places: dict[str, int] = {}
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            stored, places = netcdf3.read(path)
-            return xr.decode_cf(stored, decode_times=False).load(), places
-    except FormatError:
-        raise
-    except Exception as error:  # the decoder raises whatever the damaged attributes lead it to
-        at = min(places.values(), default=0)
-        raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", f"byte {at}") from error
-
-
-def _hdf5(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
-            return opened.load(), {}
-    except (ValueError, ImportError) as error:
-        if "h5netcdf" in str(error):
-            what = "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3"
-            raise FormatError(path, what, "byte 0") from error
-        raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", "byte 0") from error
-    except Exception as error:  # the NetCDF reader raises whatever the damaged bytes lead it to
-        raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", "byte 0") from error
 
 
 def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> None:
@@ -101,11 +61,6 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
         refuse("wavelength", "is missing or not positive")
 
 
-def _one_line(error: Exception) -> str:
-    text = f"{type(error).__name__}: {error}".splitlines()[0]
-    return clip("".join(c for c in text if c.isprintable()), 200)
-
-
 def _write(scan: xr.Dataset, path: Path) -> None:
     kept = scan.drop_vars("line", errors="ignore")
     kept.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
@@ -115,7 +70,7 @@ FORMAT = Format(
     name="netcdf",
     title="gonio NetCDF",
     suffix=".nc",
-    recognises=_recognises,
+    recognises=netcdf.is_netcdf,
     read=_read,
     write=_write,
     holds=Holds(anisotropic=True, transmission=True, relative=True, gaps=True, sets=SETS, variables=("*",)),

@@ -1,0 +1,107 @@
+"""How good one fit is: over the points that it was fitted to, and over points that it was not shown."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.comparison.metrics import metrics, metrics_by_incidence
+from gonio.fitting.certainty.hold_out import predictions
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.solution import Solution
+from gonio.model import Model
+
+Values = npt.NDArray[np.float64]
+VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
+
+
+@dataclass(frozen=True)
+class Row:
+    """One fit of one scan, and how good it is: a row of a ranking.
+
+    metrics: over all points in use, by name of METRICS. by_incidence: the same of each incidence angle [deg]. aicc, bic:
+    information criteria. farthest: largest theta_r [deg] of the scan. validated, by_fold: metrics over points that were
+    left out, and lg RMSE of each part that was; empty where nothing was.
+    """
+
+    solution: Solution
+    free_parameters: int
+    metrics: Mapping[str, float]
+    by_incidence: Mapping[float, Mapping[str, float]]
+    aicc: float
+    bic: float
+    farthest: float
+    validated: Mapping[str, float] = field(default_factory=dict)
+    by_fold: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        """The model that was fitted."""
+        return self.solution.model
+
+    @property
+    def effective_values(self) -> float:
+        """How many free values the fit had the use of."""
+        return self.solution.effective_values
+
+
+def assess(problem: Problem, solution: Solution) -> Row:
+    """A fit and its metrics over the points that it was fitted to, E under the weights of the fit.
+
+    AICc and BIC (burnham2002) take the residuals of the fit as independent and Gaussian, with a variance that is fitted
+    too; only their differences between models of one scan and one weighting mean something. Where parameters are smooth
+    they count what that leaves of the free values.
+    """
+    modelled = solution.predict(problem.points)
+    weights = None if problem.logarithmic else problem.root_weights**2
+    squares = float(problem.scale * solution.cost)
+    return Row(
+        solution,
+        len(problem.names),
+        metrics(problem.points, modelled, weights),
+        metrics_by_incidence(problem.points, modelled),
+        *information_criteria(squares, len(problem.measured), solution.effective_values),
+        float(problem.points["theta_r"].max()),
+    )
+
+
+def information_criteria(squares: float, points: int, free: float) -> tuple[float, float]:
+    """AICc and BIC (burnham2002) of a sum of squared residuals; NaN where the points do not outnumber the values.
+
+    With n points, k values (those of the fit and the variance) and the sum S of squares, AICc is
+    n ln(S/n) + 2 k + 2 k (k + 1)/(n - k - 1) and BIC is n ln(S/n) + k ln n.
+    """
+    k = free + 1
+    if points <= k + 1:
+        return math.nan, math.nan
+    deviance = points * math.log(max(squares, np.finfo(float).tiny) / points)
+    return deviance + 2 * k + 2 * k * (k + 1) / (points - k - 1), deviance + k * math.log(points)
+
+
+def validate(problem: Problem, row: Row, by: str) -> Row:
+    """The row with what its model predicts for parts that the fit was not shown.
+
+    by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all left-out
+    points, `by_fold` lg RMSE of each part. Raises ValueError where a part cannot be predicted.
+    """
+    modelled, parts = predictions(problem, row.solution, by)
+    seen = np.flatnonzero(np.isfinite(modelled))
+    left_out = metrics(problem.points.isel(direction=seen), modelled[seen])
+    by_fold = {}
+    for name, part in parts:
+        at = np.flatnonzero(part)
+        by_fold[name] = metrics(problem.points.isel(direction=at), modelled[at])["log10_rmse"]
+    return replace(row, validated={name: left_out[name] for name in VALIDATED}, by_fold=by_fold)
+
+
+def behind(row: Row, best: Row) -> tuple[float, float]:
+    """By how much a model's left-out lg RMSE exceeds the best one's: mean over the parts and its standard error.
+
+    NaN for the error with fewer than two parts. A difference below twice its error means nothing.
+    """
+    differences = np.array([row.by_fold[name] - error for name, error in best.by_fold.items()])
+    if differences.size < 2:
+        return float(np.mean(differences)), math.nan
+    return float(np.mean(differences)), float(np.std(differences, ddof=1) / math.sqrt(differences.size))

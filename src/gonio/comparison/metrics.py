@@ -1,0 +1,120 @@
+"""Figures of merit: how far modelled values are from measured ones, over a scan and over each of its curves."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.measured import dataset
+from gonio.measured.distinct import distinct
+
+Values = npt.NDArray[np.float64]
+
+MOST_INCIDENCES = 1000  # angles; a scan has tens
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One figure of merit: its heading, what it is in a few words and in full; smaller is better for each."""
+
+    title: str
+    brief: str
+    help: str
+
+
+METRICS: Mapping[str, Metric] = {
+    "delta": Metric(
+        "delta",
+        "rms relative error",
+        "rms of the error relative to the measured value, over positive values (guo2023, eq 9)",
+    ),
+    "E": Metric(
+        "E",
+        "squared error over squared measurement",
+        "weighted squared error over weighted squared measurement (eq 11)",
+    ),
+    "nrmse": Metric(
+        "nRMSE",
+        "rms error of curves over their specular value",
+        "rms difference of curves that are each divided by their own value at the specular angle (Tables 2 and 3)",
+    ),
+    "log10_rmse": Metric(
+        "lg RMSE",
+        "rms error of the decimal logarithm",
+        "rms difference of decimal logarithms, over values positive in both",
+    ),
+}
+
+
+def metrics(points: xr.Dataset, modelled: Values, weights: Values | None = None) -> dict[str, float]:
+    """Every metric of METRICS between the BRDF of a flat scan and `modelled` at the same directions.
+
+    `weights` are those of E (eq 11), 1 where None. A metric that the data do not allow is NaN: delta and log10_rmse
+    without positive values, nrmse without a curve that holds its specular angle.
+    """
+    measured = points["brdf"].values
+    weights = np.ones_like(measured) if weights is None else weights
+    positive = measured > 0
+    both = positive & (modelled > 0)
+    error = modelled - measured
+    return {
+        "delta": _rms(error[positive] / measured[positive]),
+        "E": float(np.sum(weights * error**2) / np.sum(weights * measured**2)),
+        "nrmse": _rms(_normalised_error(points, modelled)),
+        "log10_rmse": _rms(np.log10(modelled[both] / measured[both])),
+    }
+
+
+def metrics_by_incidence(points: xr.Dataset, modelled: Values) -> dict[float, dict[str, float]]:
+    """The metrics of each incidence angle [deg] on its own; none where there are more than MOST_INCIDENCES.
+
+    A grid of other coordinates than theta_i has as many as directions, and no angle of it means anything alone.
+    """
+    theta_i = points["theta_i"].values
+    if len(distinct(theta_i[: 100 * MOST_INCIDENCES])[0]) > MOST_INCIDENCES:  # the first of millions tell
+        return {}
+    angles, place = distinct(theta_i)
+    if len(angles) > MOST_INCIDENCES:
+        return {}
+    rows = {float(angle): np.flatnonzero(place == k) for k, angle in enumerate(angles)}
+    return {angle: metrics(points.isel(direction=at), modelled[at]) for angle, at in rows.items()}
+
+
+def curves(points: xr.Dataset) -> Iterator[tuple[dict[str, Any], npt.NDArray[np.intp]]]:
+    """The in-plane curves of a flat scan: what tells each apart, and its rows in the order of signed theta_r."""
+    keys = ("theta_i", *dataset.sets(points))
+    some = np.flatnonzero(dataset.is_in_plane(points))
+    if not some.size:
+        return
+    columns = [distinct(points[key].values[some]) for key in keys]
+    order = np.lexsort((dataset.signed_theta_r(points)[some], *(place for _, place in reversed(columns))))
+    next_one = np.any([np.diff(place[order]) != 0 for _, place in columns], axis=0)
+    for part in np.split(order, np.flatnonzero(next_one) + 1):
+        yield {k: v[place[part[0]]].item() for k, (v, place) in zip(keys, columns, strict=True)}, some[part]
+
+
+def at_specular(theta_r: Values, values: Values, theta_i: float) -> float:
+    """A curve's value at its specular angle, interpolated; NaN where the scan does not reach it."""
+    if not theta_r[0] <= theta_i <= theta_r[-1]:
+        return math.nan
+    return float(np.interp(theta_i, theta_r, values))
+
+
+def _normalised_error(points: xr.Dataset, modelled: Values) -> Values:
+    """Differences of the curves that hold their specular angle, each curve normalised by its own value there."""
+    signed, measured = dataset.signed_theta_r(points), points["brdf"].values
+    errors = []
+    for key, rows in curves(points):
+        ours = at_specular(signed[rows], modelled[rows], key["theta_i"])
+        theirs = at_specular(signed[rows], measured[rows], key["theta_i"])
+        if ours > 0 and theirs > 0:
+            errors.append(modelled[rows] / ours - measured[rows] / theirs)
+    return np.concatenate(errors) if errors else np.empty(0)
+
+
+def _rms(values: Values) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan

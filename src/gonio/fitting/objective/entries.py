@@ -1,0 +1,111 @@
+"""The values of a problem by parameter: which there are, how groups of directions are named, and what is held.
+
+A parameter has one value for all points, or one for each group of points: with `ks` grouped by `theta_i` the values are
+`ks[30]`, `ks[45]` and so on. The text in brackets is the group's label.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.measured.distinct import combined, distinct, first_of
+
+Places = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One parameter of a problem: a weight or a shape parameter, with one value or one a group of directions.
+
+    by: the coordinates that tell its groups apart, none for a single value. labels: of the groups, `("",)` for a single
+    value. group (points,): the place among the labels of each point's group. lower, upper: bounds of every value.
+    held: the value of every group where the parameter is not free.
+    """
+
+    name: str
+    is_weight: bool
+    by: tuple[str, ...]
+    labels: tuple[str, ...]
+    group: Places
+    lower: float
+    upper: float
+    unit: str
+    held: tuple[float, ...] | None = None
+
+    @property
+    def size(self) -> int:
+        """How many values the parameter has."""
+        return len(self.labels)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """`ks`, or `ks[30]` where there is one value a group."""
+        return tuple(f"{self.name}[{label}]" if label else self.name for label in self.labels)
+
+
+def group_label(value: object) -> str:
+    """The text that stands for a coordinate's value in the name of a group: six digits of a number, a name as it is."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], Places]:
+    """The labels of a coordinate's values in their order, and each value's place among them.
+
+    Numbers that agree in six digits have one label, and are one value.
+    """
+    different, place = distinct(values)
+    texts = [group_label(value) for value in different]
+    labels = tuple(dict.fromkeys(texts))
+    index = {text: at for at, text in enumerate(labels)}
+    return labels, np.array([index[text] for text in texts], dtype=np.intp)[place]
+
+
+def groups(points: xr.Dataset, by: tuple[str, ...]) -> tuple[tuple[str, ...], Places]:
+    """The groups of a flat scan by some coordinates: their labels, and each point's place among them.
+
+    Raises ValueError for a coordinate that the scan does not have.
+    """
+    if not by:
+        return ("",), np.zeros(points.sizes["direction"], dtype=np.intp)
+    for coordinate in by:
+        if coordinate not in points.coords:
+            have = ", ".join(str(c) for c in points.coords)
+            raise ValueError(f"the scan has no coordinate {coordinate!r} to group by; it has {have}")
+    columns = [labelled(points[c].values) for c in by]
+    group = combined([code for _, code in columns])
+    rows = first_of(group)
+    return tuple(",".join(names[code[row]] for names, code in columns) for row in rows), group
+
+
+def group_labels(points: xr.Dataset, by: Sequence[str]) -> tuple[list[str], Places]:
+    """The labels of the groups that a flat scan names, joined by commas, and each direction's place among them.
+
+    Other than `groups` it gives two numbers that agree in six digits two places, with the same label.
+    """
+    columns = [points[c].values for c in by]
+    place = combined(columns)
+    rows = zip(*(column[first_of(place)] for column in columns), strict=True)
+    return [",".join(group_label(value) for value in row) for row in rows], place
+
+
+def held_values(
+    name: str, given: float | Mapping[str, float] | None, by: tuple[str, ...], labels: tuple[str, ...]
+) -> tuple[float, ...] | None:
+    """The held value of every group in the order of their labels; None for a parameter that is free.
+
+    Raises ValueError where one value is given for a grouped parameter, or none for one of its groups.
+    """
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        if by:
+            raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
+        return (float(given),)
+    if missing := [label for label in labels if label not in given]:
+        where = f"grouped by {', '.join(by)}" if by else "not grouped"
+        raise ValueError(f"{name} is {where} and held for {', '.join(given)}: there is none for {missing[0] or 'all'}")
+    return tuple(float(given[label]) for label in labels)

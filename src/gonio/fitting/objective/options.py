@@ -1,0 +1,101 @@
+"""Everything that can be asked of a fit beside its model and its scan: each option once, with its default.
+
+A new option is one more field here. It is then a field of every Problem, and a flag of every command that fits.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.fitting.objective.loss import LOSSES
+from gonio.fitting.objective.smooth import Smooth, Smoothing
+from gonio.fitting.objective.weighting import WEIGHTINGS
+from gonio.measured.instrument import IDEAL, Instrument
+from gonio.options import Option, one_of
+
+Values = npt.NDArray[np.float64]
+Held = float | str | Mapping[str, float]
+Grouping = Mapping[str, str | tuple[str, ...]]
+
+MaterialName = Annotated[
+    str, Option("hold index and extinction at a material's: gold, ..", flag="--material", metavar="NAME|FILE")
+]
+MaterialWavelength = Annotated[
+    float | None, Option("for --material, where no scan says it", flag="--wavelength", metavar="NM")
+]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ProblemOptions:
+    """The options of a Problem.
+
+    held: parameters that keep a value given here; one that is grouped, a mapping from each group's label to its value;
+        `half-width` has it read from the scan (guo2023, section 2.1).
+    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (Table 1).
+    shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
+        colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
+        describe the surface.
+    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
+        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
+    bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths, or
+        at `wavelength` [nm] where that is given.
+    weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
+        the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
+    loss: a name of LOSSES, what a large error costs.
+    instrument: what source and detector take in, folded into every term; the values are those of the model without it.
+    point_weights: of the points in use, on top of all other weights; a fit under a robust loss sets them.
+    """
+
+    held: Annotated[
+        Mapping[str, Held],
+        Option("keep a parameter; gamma=half-width reads it", "--hold", "NAME=VALUE", of_parameters=True),
+    ] = field(default_factory=dict)
+    grouped: Annotated[
+        Grouping, Option("one value for each, as in ks=theta_i", "--group", "NAME=COORD", of_parameters=True)
+    ] = field(default_factory=dict)
+    shared: Annotated[
+        tuple[str, ...], Option("one weight over all channels", "--share", "NAME", of_parameters=True)
+    ] = ()
+    smooth: Annotated[
+        Smoothing, Option("smooth over it, as in sigma=wavelength[:strength]", metavar="NAME=COORD", of_parameters=True)
+    ] = field(default_factory=dict)
+    bounds: Annotated[
+        Mapping[str, tuple[float, float]],
+        Option("other bounds than declared", "--bound", "NAME=LO:HI", of_parameters=True),
+    ] = field(default_factory=dict)
+    material: MaterialName = ""
+    wavelength: MaterialWavelength = None
+    weighting: Annotated[str, Option(one_of(WEIGHTINGS))] = "uniform"
+    noise_floor: Annotated[
+        float, Option("relative weighting: the noise is constant below it", metavar="VALUE")
+    ] = 0.0
+    loss: Annotated[str, Option(f"what a large error costs: {one_of(LOSSES)}")] = "squared"
+    instrument: Instrument = IDEAL
+    g1: Callable[[Values], Values] | None = None
+    g2: Callable[[Values], Values] | None = None
+    point_weights: Values | None = None
+
+    def __post_init__(self) -> None:
+        if self.weighting not in WEIGHTINGS:
+            raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        if self.loss not in LOSSES:
+            raise ValueError(f"no loss {self.loss!r}: choose one of {', '.join(LOSSES)}")
+        if not 0 <= self.noise_floor < math.inf:
+            raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
+        if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
+            raise ValueError(
+                f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
+            )
+
+    def given(self) -> dict[str, Any]:
+        """Every option by name, as a Problem takes them."""
+        return {f.name: getattr(self, f.name) for f in fields(ProblemOptions)}
+
+
+

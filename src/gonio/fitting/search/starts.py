@@ -1,0 +1,35 @@
+"""The shapes from which searches start: a grid of one or two dimensions, quasi-random points of three and more."""
+
+import itertools
+
+import numpy as np
+import numpy.typing as npt
+
+Values = npt.NDArray[np.float64]
+
+QUASI_RANDOM = 64  # points a dimension, where there are three shape values and more
+ON_A_LINE = 3  # times as many points on a line as along one side of a plane
+
+
+def tried(dimensions: int, grid: int) -> tuple[Values, tuple[int, ...]]:
+    """Coordinates (n, dimensions) from 0 to 1, and the form of their grid, () for points that lie in none.
+
+    grid: points a dimension of a plane. Three dimensions and more take Sobol's sequence (sobol1967), which fills a cube
+    evenly with any number of points.
+    """
+    if dimensions > 2:
+        from scipy.stats import qmc
+
+        return qmc.Sobol(dimensions, scramble=False).random(2 ** int(np.ceil(np.log2(QUASI_RANDOM * dimensions)))), ()
+    axis = np.linspace(0.0, 1.0, grid if dimensions == 2 else ON_A_LINE * grid)
+    form = (len(axis),) * dimensions
+    points = np.array(list(itertools.product(axis, repeat=dimensions)))
+    return points.reshape(len(axis) ** dimensions, dimensions), form
+
+
+def local_minima(costs: Values) -> npt.NDArray[np.intp]:
+    """The flat places of a grid's points that are no higher than any neighbour."""
+    padded = np.pad(costs, 1, constant_values=np.inf)
+    shifts = [s for s in itertools.product((-1, 0, 1), repeat=costs.ndim) if any(s)]
+    around = [padded[tuple(slice(1 + d, 1 + d + n) for d, n in zip(s, costs.shape, strict=True))] for s in shifts]
+    return np.flatnonzero((costs <= np.min(around, axis=0)).ravel())

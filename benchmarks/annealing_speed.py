@@ -8,8 +8,8 @@ from pathlib import Path
 from scipy.optimize import dual_annealing
 
 from figures import Figure, paired
-from gonio import Anneal, Problem, Projection, catalogue, read
-from gonio.fitting import fit
+from gonio import Problem, catalogue, read
+from gonio.fitting import Anneal, Projection, fit
 from gonio.fitting.search.anneal import _Objective
 
 SCAN = Path(__file__).resolve().parents[2] / "shared" / "data" / "scans" / "jsss_mwir_copper.csv"

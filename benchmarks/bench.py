@@ -18,10 +18,10 @@ import numpy as np
 from rich.progress import track
 
 from figures import Figure, keep
-from gonio import Anneal, Problem, Projection, catalogue, read
-from gonio.app.present import figure, table
-from gonio.compare import FAMILY
-from gonio.fitting import fit
+from gonio import Problem, catalogue, read
+from gonio.app.output import figure, table
+from gonio.comparison.ranking import FAMILY
+from gonio.fitting import Anneal, Projection, fit
 
 HERE = Path(__file__).resolve().parent
 SCANS = HERE.parent.parent / "shared" / "data" / "scans"

@@ -10,6 +10,7 @@ import resource
 import statistics
 import sys
 import time
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,9 @@ import xarray as xr
 from scipy.optimize import least_squares
 
 from figures import Figure, machine
-from gonio import Anneal, Geometry, Problem, catalogue
-from gonio.fitting.many.fit_many import fit_many
-from gonio.fitting.solution import STATUSES
+from gonio import Geometry, Problem, catalogue
+from gonio.fitting import FOR_MANY, Anneal, fit_many
+from gonio.fitting.status import STATUSES
 
 MODEL = catalogue["cauchy-lorentz"]
 THETA_I = np.repeat([20.0, 40.0, 60.0], 161)
@@ -140,7 +141,7 @@ def thoroughness(lanes: int = 6_000) -> dict[str, Any]:
     """How often a search ends higher than a longer one, and what single precision does to E and to time."""
     scans = stack(lanes)
     problem = Problem(MODEL, scans.isel(sample=0), grouped=GROUPED)
-    longer = fit_many(problem, scans, starts=6, line=41, covariance="")["cost"].values
+    longer = fit_many(problem, scans, replace(FOR_MANY, searches=6, line=41), covariance="")["cost"].values
     found = fit_many(problem, scans, covariance="")
     excess = found["cost"].values / longer - 1
     narrow = fit_many(problem, scans, precision="float32", covariance="")["cost"].values / longer - 1
@@ -182,11 +183,11 @@ def annealed(lanes: int = 128, iterations: int = 2000) -> dict[str, Any]:
     """How many times as quick the annealing of a scan is among many as alone."""
     scans, anneal = stack(lanes), Anneal(max_iterations=iterations)
     problem = Problem(MODEL, scans.isel(sample=0), grouped=GROUPED)
-    fit_many(problem, scans, anneal=anneal, covariance="")
+    fit_many(problem, scans, anneal, covariance="")
     ratios = []
     for _ in range(ROUNDS):
         started = time.perf_counter()
-        fit_many(problem, scans, anneal=anneal, covariance="")
+        fit_many(problem, scans, anneal, covariance="")
         many = (time.perf_counter() - started) / lanes
         started = time.perf_counter()
         anneal.search(problem)

@@ -19,12 +19,13 @@ import numpy as np
 import scipy
 from rich.progress import track
 
-from gonio import Problem, Projection, Solution, catalogue, published, simulate
-from gonio.fitting import fit
+from gonio import Problem, catalogue, published, simulate
+from gonio.fitting import Projection, Solution, fit
 from gonio.fitting.certainty.band import band
 from gonio.fitting.certainty.bootstrap import KINDS, bca, bootstrap, percentile
-from gonio.fitting.certainty.covariance import COVARIANCES, covariance
+from gonio.fitting.certainty.covariance import covariance
 from gonio.fitting.certainty.profile import rises
+from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.model import Model
 
 HERE = Path(__file__).resolve().parent
@@ -99,7 +100,7 @@ def measure(case: Case, noise: str) -> dict[str, Any]:
                 hits.setdefault(name, dict.fromkeys(INTERVALS, 0))[kind] += int(near)
         for name, rise in rises(problem, solution, dict(zip(problem.names, truth, strict=True))).items():
             hits[name]["profile"] += rise <= solution.coverage_factor(LEVEL)
-        shown = band(case.model, solution, problem.points)
+        shown = band(solution, problem.points)
         off = np.abs(shown["brdf"].values - problem.brdf(np.array(truth)))
         inside.append(float(np.mean(off <= solution.coverage_factor(LEVEL) * shown["uncertainty"].values)))
     rates = {name: {kind: n / SCANS for kind, n in found.items()} for name, found in hits.items()}

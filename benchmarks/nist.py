@@ -83,7 +83,7 @@ def measure(problem: Any) -> dict[str, Any]:
     for start, first in enumerate(problem.starts):
         values, deviations, evaluations = nist.solve(problem, start)
         found = {"ours": values, "deviations": deviations, "evaluations": evaluations}
-        found["ms"] = milliseconds(lambda first=first: nist.descend(problem.residual, first))
+        found["ms"] = milliseconds(lambda first=first: nist.descend(nist.LeastSquares(problem.residual), first))
         found |= {name: attempt(work, problem.values) for name, work in by_scipy(problem, first).items()}
         for name, number in found.items():
             row.setdefault(name, []).append(number)
@@ -119,7 +119,8 @@ The 27 nonlinear-regression problems of NIST's Statistical Reference Datasets co
 deviations in 11 digits and with two starting points, far (1) and near (2). They are solved here by the local search
 that every fit of gonio uses, `gonio.fitting.search.descent`, with the same settings for all 27, derivatives by
 differences, and nothing told about a problem but its residual. `tests/fitting/search/test_nist.py` holds {nist.BAR:g}
-digits of every value on all problems from start 2 and on 25 from start 1, and {nist.BAR_DEVIATION:g} digits of every standard deviation.
+digits of every value on all problems from start 2 and on 25 from start 1, and {nist.BAR_DEVIATION:g} digits of every
+standard deviation.
 
 | problems solved to {nist.BAR:g} digits, of {len(rows)} | start 1 | start 2 |
 |---|---:|---:|

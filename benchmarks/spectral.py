@@ -20,8 +20,8 @@ import scipy
 
 from gonio import Problem, catalogue, join, simulate
 from gonio.fitting import fit
-from gonio.fitting.search.descent import descend
-from gonio.fitting.search.groups import slopes
+from gonio.fitting.objective.slopes import quick_jacobian
+from gonio.fitting.search.descent import LeastSquares, descend
 from gonio.fitting.search.strength import resolved
 
 HERE = Path(__file__).resolve().parent
@@ -58,7 +58,8 @@ def errors(count: int, noise: dict[str, Any], weighting: str, seed: int) -> tupl
 
     def error(chosen: dict[str, Any]) -> float:
         one = Problem(smooth.SPARROW, scan, smooth=chosen, weighting=weighting)
-        end = descend(one.residual, true, one.lower, one.upper, jacobian=lambda v: slopes(one, v), last_digits=False)
+        squares = LeastSquares(one.residual, one.lower, one.upper, jacobian=lambda v: quick_jacobian(one, v))
+        end = descend(squares, true, last_digits=False)
         return float(np.sqrt(np.mean((end.point / true - 1) ** 2)))
 
     def alike(strength: float) -> float:

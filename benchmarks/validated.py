@@ -16,10 +16,12 @@ import xarray as xr
 from rich.progress import track
 
 from gonio import Model, Problem, catalogue
-from gonio.compare import Row, metrics, rank
+from gonio.app.output import without_infinities
+from gonio.comparison.assessment import Row
+from gonio.comparison.metrics import metrics
+from gonio.comparison.ranking import compare
 from gonio.fitting import fit
 from gonio.fitting.certainty.hold_out import predictions
-from gonio.fitting.solution import without_infinities
 from gonio.processes import cores
 from surfaces import DATA, surfaces
 
@@ -34,7 +36,7 @@ WITHOUT = {  # its parts, each held at nothing in turn
 
 
 def judged(scan: xr.Dataset, models: list[Model], **options: Any) -> list[Row]:
-    return rank(scan, models, weighting="log", left_out="theta_i", workers=cores(), **options)
+    return compare(scan, models, weighting="log", left_out="theta_i", workers=cores(), **options)
 
 
 def record(row: Row) -> dict[str, Any]:

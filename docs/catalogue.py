@@ -8,10 +8,10 @@ import numpy as np
 from rich.progress import track
 
 from gonio import Geometry, catalogue
-from gonio.app import present
+from gonio.app.views import catalogue as present
 from gonio.model import Model
-from gonio.plot.style import THETA_R, house_style, line_style, mark_specular, new_figure, save
-from gonio.units import label
+from gonio.plotting.style import THETA_R, house_style, line_style, mark_specular, new_figure, save
+from gonio.units import unit_label
 
 HERE = Path(__file__).resolve().parent
 ANGLES = (30.0, 60.0)
@@ -36,7 +36,7 @@ def entry(model: Model) -> list[str]:
     if model.shape:
         lines += ["| shape | meaning | unit | default | from | to |", "|---|---|---|---:|---:|---:|"]
         for name, p in model.shape.items():
-            lines.append(f"| {name} | {p.help} | {label(p.unit)} | {p.default:g} | {p.lower:g} | {p.upper:g} |")
+            lines.append(f"| {name} | {p.help} | {unit_label(p.unit)} | {p.default:g} | {p.lower:g} | {p.upper:g} |")
         lines.append("")
     lines += [
         "| at default shape, weight 1 | reciprocity | reflectance, 0 to 85° | least value |",

@@ -6,7 +6,7 @@ import pkgutil
 from pathlib import Path
 
 from gonio import formats as package
-from gonio.app.format_table import HEADINGS, LEGEND, record, rows
+from gonio.app.views.formats import HEADINGS, LEGEND, record, rows
 from gonio.formats.format import Format
 
 HERE = Path(__file__).resolve().parent

@@ -1,6 +1,5 @@
 """Make docs/real-surfaces.md and its figures from the measured scans beside the project: `make real-surfaces`."""
 
-import functools
 import sys
 from dataclasses import dataclass
 from datetime import date
@@ -14,11 +13,13 @@ from rich.progress import track
 from validated_surfaces import PAPER
 
 from gonio import catalogue
-from gonio.app.present import figure as digits
-from gonio.compare import FAMILY, METRICS, Row, drop, predict, rank, reference_errors
+from gonio.app.output import figure as digits
+from gonio.comparison.assessment import Row
+from gonio.comparison.metrics import METRICS
+from gonio.comparison.ranking import FAMILY, compare, drop, reference_errors
 from gonio.measured.dataset import points, signed_theta_r
-from gonio.plot.curves import curves
-from gonio.plot.style import COLOURS, house_style, new_figure, save
+from gonio.plotting.curves import curves
+from gonio.plotting.style import COLOURS, house_style, new_figure, save
 from surfaces import SCANS, usable
 
 HERE = Path(__file__).resolve().parent
@@ -60,7 +61,7 @@ class Result:
     def zones(self, model: str) -> dict[str, float]:
         """Where the squared error of a model lies, weighted as in its fit, by angle from the specular direction [%]."""
         row, flat = self.row(model), points(self.scan)
-        error = predict(row.model, row.solution, flat) - flat["brdf"].values
+        error = row.solution.predict(flat) - flat["brdf"].values
         if row.solution.dataset.attrs["weighting"] == "relative":
             error = error / flat["brdf"].values
         theta_r, theta_i = signed_theta_r(flat), flat["theta_i"].values
@@ -80,7 +81,7 @@ class Result:
 def fitted(path: Path, weighting: str) -> Result:
     scan = usable(path, positive=weighting == "relative")
     return Result(
-        path.stem, scan, rank(scan, [catalogue[name] for name in FAMILY], weighting=weighting, grouped=GROUPED)
+        path.stem, scan, compare(scan, [catalogue[name] for name in FAMILY], weighting=weighting, grouped=GROUPED)
     )
 
 
@@ -160,7 +161,7 @@ def drops_figure(results: dict[str, list[Result]]) -> Any:
 
 def example(result: Result, title: str) -> Any:
     rows = [result.row(name) for name in ("torrance-sparrow", "cauchy-lorentz", "cauchy-lorentz-reciprocal")]
-    fits = {row.model.name: functools.partial(predict, row.model, row.solution) for row in rows}
+    fits = {row.model.name: row.solution.predict for row in rows}
     return curves(result.scan, fits, title=title, most=4)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gonio.plot.style import COLOURS, house_style, new_figure
+from gonio.plotting.style import COLOURS, house_style, new_figure
 
 RESULTS = Path(__file__).resolve().parent.parent / "benchmarks" / "validated.json"
 OURS = "gonio-best"

@@ -7,17 +7,8 @@ import numpy as np
 import pytest
 
 from gonio import catalogue
-from gonio.compare import (
-    METRICS,
-    TIE,
-    _ordered,
-    at_specular,
-    drop,
-    metrics,
-    metrics_by_incidence,
-    rank,
-    reference_errors,
-)
+from gonio.comparison.metrics import METRICS, at_specular, metrics, metrics_by_incidence
+from gonio.comparison.ranking import TIE, _ordered, compare, drop, reference_errors
 from gonio.measured.dataset import make_scan
 
 
@@ -67,8 +58,8 @@ def test_drop_as_in_the_tables():
 def test_models_that_tie_stand_with_the_simpler_first():
     """A constant scan leaves every lobe with weight zero: all models fit it alike, and Lambert's needs one value."""
     scan = make_scan([30.0] * 9, np.linspace(-60, 60, 9), np.full(9, 0.1))
-    rows = rank(scan, [catalogue[n] for n in ("cauchy-lorentz", "torrance-sparrow", "lambert")], by="delta")
-    alike = rank(scan, [catalogue[n] for n in ("lambert", "torrance-sparrow", "cauchy-lorentz")], by="delta")
+    rows = compare(scan, [catalogue[n] for n in ("cauchy-lorentz", "torrance-sparrow", "lambert")], by="delta")
+    alike = compare(scan, [catalogue[n] for n in ("lambert", "torrance-sparrow", "cauchy-lorentz")], by="delta")
     for found in (rows, alike):
         metrics = [row.metrics["delta"] for row in found]
         assert max(metrics) < 1e-9 or metrics[-1] <= metrics[0] * (1 + TIE)
@@ -81,7 +72,7 @@ def test_rank_orders_and_routes_options(aluminium):
     _model, _values, scan = aluminium
     models = [catalogue[n] for n in ("lambert", "torrance-sparrow", "wang-2016", "cauchy-lorentz")]
     for metric in METRICS:
-        rows = rank(scan, models, by=metric, grouped={"ks": "theta_i"}, held={"gamma": 47.0, "sigma": 0.142})
+        rows = compare(scan, models, by=metric, grouped={"ks": "theta_i"}, held={"gamma": 47.0, "sigma": 0.142})
         errors = [row.metrics[metric] for row in rows]
         assert all(a <= b * (1 + TIE) for a, b in itertools.pairwise(errors))
     assert {row.model.name: row.free_parameters for row in rows} == {
@@ -92,8 +83,8 @@ def test_rank_orders_and_routes_options(aluminium):
     }
     references = reference_errors(rows)
     assert set(references) == {"T-S", "T-C"}
-    assert rank(scan, models, shared=("kd",), bounds={"sigma": (0.1, 0.2)})
+    assert compare(scan, models, shared=("kd",), bounds={"sigma": (0.1, 0.2)})
     with pytest.raises(ValueError, match="held: none of the models has a parameter 'beta'"):
-        rank(scan, models, held={"beta": 1.0})
+        compare(scan, models, held={"beta": 1.0})
     with pytest.raises(ValueError, match="no metric 'r2'"):
-        rank(scan, models, by="r2")
+        compare(scan, models, by="r2")

@@ -29,7 +29,7 @@ def test_a_lambertian_reflects_its_weight():
     model = catalogue["lambert"]
     scan = simulate(model, {"rho": 0.6}, [20.0, 60.0], THETA_R, noise=0.02, seed=3)
     solution = fit(Problem(model, scan))
-    found = by_name(derived(model, solution, scan))
+    found = by_name(derived(solution, scan))
     for key in (("reflectance", 20.0), ("reflectance", 60.0), ("albedo", None)):
         assert found[key].value == pytest.approx(solution.values["rho"], rel=1e-12)
         assert found[key].uncertainty == pytest.approx(solution.uncertainties["rho"], rel=1e-9)
@@ -51,7 +51,7 @@ def test_uniform_light_on_a_known_surface():
 def test_uncertainties_are_the_scatter_of_drawn_values(lobe):
     """All numbers of values that are drawn from the covariance, by a plain grid, against the law of propagation."""
     model, scan, solution = lobe
-    found = by_name(derived(model, solution, scan))
+    found = by_name(derived(solution, scan))
     grid = np.linspace(-80, 80, 3_201)
     draws = np.random.default_rng(0).multivariate_normal(
         solution.vector(model.parameters), solution.dataset["covariance"].values, size=150
@@ -71,8 +71,8 @@ def test_uncertainties_are_the_scatter_of_drawn_values(lobe):
 
 
 def test_a_scale_error_is_in_heights_and_not_in_widths(lobe):
-    model, scan, solution = lobe
-    found = by_name(derived(model, solution, scan))
+    _, scan, solution = lobe
+    found = by_name(derived(solution, scan))
     for name in ("reflectance", "peak"):
         assert found[(name, 40.0)].systematic == pytest.approx(0.03 * found[(name, 40.0)].value, rel=1e-6)
     assert found[("albedo", None)].systematic == pytest.approx(0.03 * found[("albedo", None)].value, rel=1e-6)
@@ -83,7 +83,7 @@ def test_relative_data_have_no_reflectance():
     surface = published["Al"]
     model, angles = catalogue[surface.model], [30.0, 40.0]
     scan = simulate(model, surface.values, angles, THETA_R, noise=0.01, unit="a.u.")
-    found = by_name(derived(model, fit(Problem(model, scan, grouped={"ks": "theta_i"})), scan))
+    found = by_name(derived(fit(Problem(model, scan, grouped={"ks": "theta_i"})), scan))
     for key in (("reflectance", 30.0), ("reflectance", 40.0), ("albedo", None)):
         assert "the data are relative" in found[key].why
         assert np.isnan(found[key].value)
@@ -94,14 +94,14 @@ def test_relative_data_have_no_reflectance():
 def test_numbers_that_cannot_be_told_say_why(lobe):
     model, scan, solution = lobe
     grouped = fit(Problem(model, scan, grouped={"ks": "theta_i"}))
-    found = by_name(derived(model, grouped, scan))
+    found = by_name(derived(grouped, scan))
     assert found[("albedo", None)].why == "ks has one value for each theta_i, and none between them"
     with pytest.raises(ValueError, match="there is none for 25"):
-        derived(model, grouped, scan, [25.0])
+        derived(grouped, scan, [25.0])
     mirror = simulate(model, {"ks": 0.3, "kd": 0.05, "sigma": 0.002}, [40.0], THETA_R)
     narrow = fit(Problem(model, mirror, held={"sigma": 0.002}, bounds={"sigma": (0.001, 1.0)}))
-    assert "too narrow for the quadrature" in by_name(derived(model, narrow, mirror))[("reflectance", 40.0)].why
-    assert "no curve in plane" in by_name(derived(model, solution, scan, [25.0]))[("peak", 25.0)].why
+    assert "too narrow for the quadrature" in by_name(derived(narrow, mirror))[("reflectance", 40.0)].why
+    assert "no curve in plane" in by_name(derived(solution, scan, [25.0]))[("peak", 25.0)].why
 
 
 def test_every_set_has_its_own():
@@ -110,7 +110,7 @@ def test_every_set_has_its_own():
     scan = simulate(model, {"rho": 0.3}, [10.0, 40.0], THETA_R, noise=0.02, seed=1)
     both = join({"once": scan, "twice": scan.assign(brdf=scan["brdf"] * 2)})
     seen = []
-    numbers = derived(model, fit(Problem(model, both)), both, [10.0], seen.append)
+    numbers = derived(fit(Problem(model, both)), both, [10.0], seen.append)
     once, twice = (n for n in numbers if n.name == "reflectance")
     assert (once.where["scan"], twice.where["scan"]) == ("once", "twice")
     assert twice.value == pytest.approx(2 * once.value, rel=1e-9)

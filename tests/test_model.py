@@ -5,8 +5,8 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from gonio import Geometry, Model, Parameter, catalogue
-from gonio.model import Dimensionless
+from gonio import Geometry, Model, catalogue
+from gonio.model import Dimensionless, Parameter
 
 Width = Annotated[float, Parameter(1.0, 0.1, 5.0, "a width")]
 Other = Annotated[float, Parameter(2.0, 0.1, 5.0, "another width")]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gonio import Problem, catalogue, read, simulate
-from gonio.app.checking import check
+from gonio.app.views.physics import check
 from gonio.fitting import fit
 from gonio.measured.dataset import make_scan
 from gonio.plausibility import energy, hemispherical_reflectance, of_scan, positivity, reciprocity

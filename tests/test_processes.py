@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gonio import Model, catalogue, simulate
-from gonio.compare import rank
+from gonio.comparison.ranking import compare
 from gonio.processes import THREADS, cores, results
 
 NAMES = ("lambert", "torrance-sparrow", "cauchy-lorentz", "sgd")
@@ -27,7 +27,7 @@ def test_two_workers_find_what_one_finds(scan):
     """Rows are equal to the last digit and in the same order, models are the same objects; progress reaches its end."""
     models, seen = [catalogue[name] for name in NAMES], []
     one, two = (
-        rank(scan, models, weighting="log", left_out="theta_i", workers=n, progress=seen.append) for n in (1, 2)
+        compare(scan, models, weighting="log", left_out="theta_i", workers=n, progress=seen.append) for n in (1, 2)
     )
     assert [row.model for row in two] == [row.model for row in one]
     for left, right in zip(one, two, strict=True):
@@ -49,18 +49,18 @@ def test_the_environment_is_as_before_and_threads_are_not_shared_out_twice():
 def test_an_error_of_a_process_is_raised_here(scan):
     models = [catalogue[name] for name in NAMES[1:]]
     with pytest.raises(ValueError, match="do not group"):
-        rank(scan, models, left_out="theta_i", grouped={"ks": "theta_i"}, workers=2)
+        compare(scan, models, left_out="theta_i", grouped={"ks": "theta_i"}, workers=2)
     assert not multiprocessing.active_children()
     with pytest.raises(ValueError, match="at least 1, and is 0"):
-        rank(scan, models, workers=0)
+        compare(scan, models, workers=0)
 
 
 def test_a_model_that_is_in_no_module_needs_one_worker(scan):
     lambert = catalogue["lambert"]
     own = Model("own", "Of a notebook", lambert.cite, lambert.terms)
-    assert len(rank(scan, [own, lambert])) == 2
+    assert len(compare(scan, [own, lambert])) == 2
     with pytest.raises(ValueError, match="own is declared in no module"):
-        rank(scan, [own, lambert], workers=2)
+        compare(scan, [own, lambert], workers=2)
 
 
 def test_cores_are_those_of_this_process():

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import gonio
-from gonio.app.format_table import rows
+from gonio.app.views.formats import rows
 from gonio.formats import formats
 from places import ROOT
 

@@ -1,7 +1,8 @@
 """From goniometer readings to a BRDF, the analytic model that explains it, and how sure that is.
 
 Angles are in degrees in files, on the command line and in Datasets; a `Geometry` holds unit vectors.
-Public names are loaded on first use, so that `import gonio` costs next to nothing.
+Public names are loaded on first use, so that `import gonio` costs next to nothing. What is asked for less often is one
+level down: solvers and solutions in `gonio.fitting`, what a scan is in `gonio.measured`, formats in `gonio.formats`.
 """
 
 import importlib
@@ -9,18 +10,16 @@ from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "Anneal": "gonio.fitting.search.anneal",
     "Geometry": "gonio.geometry",
-    "Instrument": "gonio.measured.instrument",
     "Model": "gonio.model",
-    "Parameter": "gonio.model",
     "Problem": "gonio.fitting.objective.problem",
-    "Projection": "gonio.fitting.search.projection",
-    "Solution": "gonio.fitting.solution",
     "catalogue": "gonio.models",
     "check": "gonio.measured.check",
+    "compare": "gonio.comparison.ranking",
     "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
+    "fit": "gonio.fitting.fitting",
+    "fit_many": "gonio.fitting.many.fit_many",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
@@ -30,18 +29,16 @@ _HOMES = {
 }
 
 __all__ = [
-    "Anneal",
     "Geometry",
-    "Instrument",
     "Model",
-    "Parameter",
     "Problem",
-    "Projection",
-    "Solution",
     "catalogue",
     "check",
+    "compare",
     "convert",
     "evaluate",
+    "fit",
+    "fit_many",
     "join",
     "published",
     "read",
@@ -51,18 +48,17 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from gonio.comparison.ranking import compare
     from gonio.evaluation import evaluate
+    from gonio.fitting.fitting import fit
+    from gonio.fitting.many.fit_many import fit_many
     from gonio.fitting.objective.problem import Problem
-    from gonio.fitting.search.anneal import Anneal
-    from gonio.fitting.search.projection import Projection
-    from gonio.fitting.solution import Solution
     from gonio.formats import read, write
     from gonio.geometry import Geometry
     from gonio.measured.check import check
     from gonio.measured.dataset import join
-    from gonio.measured.instrument import Instrument
     from gonio.measured.simulation import simulate
-    from gonio.model import Model, Parameter
+    from gonio.model import Model
     from gonio.models import catalogue
     from gonio.models.publications import published
     from gonio.resampling.conversion import convert

@@ -78,9 +78,7 @@ def _sets(flat: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
         yield key, dataset.select(flat, key)
 
 
-def _at_incidence(
-    solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float
-) -> Iterator[Derived]:
+def _at_incidence(solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float) -> Iterator[Derived]:
     """The reflectance and the peak at one incidence angle [deg] of a set."""
     model, values_of = solution.model, _values_of(solution, part, theta_i)
     where = {"theta_i": theta_i, **key}

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import Instrument, Solution, catalogue, join, published, simulate, write
+from gonio import catalogue, join, published, simulate, write
+from gonio.fitting import Solution
+from gonio.measured.instrument import Instrument
 
 SCRIPT = Path(sys.executable).with_name("gonio")
 

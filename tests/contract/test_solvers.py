@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gonio import Anneal, Problem, Projection, catalogue, simulate
-from gonio.compare import FAMILY
-from gonio.fitting import Solution, Status, fit
+from gonio import Problem, catalogue, simulate
+from gonio.comparison.ranking import FAMILY
+from gonio.fitting import Anneal, Projection, Solution, Status, fit
 
 SOLVERS = [Projection(), Anneal(max_iterations=3000, seed=3), Anneal(max_iterations=1000, seed=3, chains=4)]
 every_solver = pytest.mark.parametrize("solver", SOLVERS, ids=["projection", "anneal", "anneal-4-chains"])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gonio import Geometry, Instrument, catalogue, simulate
-from gonio.measured.instrument import Acceptance
+from gonio import Geometry, catalogue, simulate
+from gonio.measured.instrument import Acceptance, Instrument
 
 GGX = {"rho_s": 0.8, "rho_d": 0.1, "width": 0.03, "index": 1.5, "extinction": 0.0}
 LORENTZ = {"ks": 0.02, "kdd": 30.0, "kid": 0.02, "sigma": 0.01, "gamma": 40.0}

@@ -7,7 +7,7 @@ import pytest
 
 from conftest import ROOT
 from gonio import Problem, catalogue
-from gonio.compare import assess, validate
+from gonio.comparison.assessment import assess, validate
 from gonio.fitting import fit
 from surfaces import anoblack_ec1, merl_aluminium
 

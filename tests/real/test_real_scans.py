@@ -5,9 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from gonio import Anneal, Problem, Projection, catalogue, check, read
-from gonio.compare import FAMILY, METRICS, TIE, assess, curves, rank
-from gonio.fitting import fit
+from gonio import Problem, catalogue, check, read
+from gonio.comparison.assessment import assess
+from gonio.comparison.metrics import METRICS, curves
+from gonio.comparison.ranking import FAMILY, TIE, compare
+from gonio.fitting import Anneal, Projection, fit
 from gonio.measured.check import Severity
 from gonio.measured.dataset import points
 
@@ -26,7 +28,7 @@ def test_read_and_checked(real_scan):
 
 
 def test_ranked(real_scan):
-    rows = rank(read(real_scan), MODELS)
+    rows = compare(read(real_scan), MODELS)
     costs = [row.metrics["E"] for row in rows]
     assert all(a <= b * (1 + TIE) for a, b in itertools.pairwise(costs))
     assert all(set(row.metrics) == set(METRICS) for row in rows)

@@ -11,7 +11,7 @@ import pytest
 from scipy.special import sici
 
 from gonio import Geometry, catalogue, published
-from gonio.compare import drop
+from gonio.comparison.ranking import drop
 from gonio.models.publications import load
 from gonio.optics.fresnel import unpolarised, with_fresnel
 from gonio.optics.lorentz import hemispherical_integral

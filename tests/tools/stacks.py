@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from gonio import catalogue, simulate
+from gonio.fitting.stack.run import StackFit
 
 LAMBERT = catalogue["lambert"]
 
@@ -92,18 +93,18 @@ def contents(out: Path) -> dict[str, bytes]:
     return {str(n): p.read_bytes() for p, n in names.items() if n.parts[0] not in ("manifest", "zarr.json")}
 
 
-def fit(stack: Path, out: Path, **options: Any) -> xr.Dataset:
-    """`fit_stack` by `means`."""
-    from gonio.fitting.stack.cluster import fit_stack
-
-    return fit_stack(LAMBERT, stack, out, fit_many=means, **options)
+def asked(stack: Path, out: Path, **options: Any) -> StackFit:
+    """A fit of the stack by `means`."""
+    return StackFit(LAMBERT, stack, out, **{"fit_many": means} | options)
 
 
 if __name__ == "__main__":
     import stacks  # workers find the function in the module, not in the program
+    from gonio.fitting.stack.cluster import fit_stack
 
     # A shell that started the tests in the background has told them to ignore the signal, which is inherited.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.modules["bokeh"] = None  # type: ignore[assignment]  # no dashboard, which takes a second to load
     source, target, seconds, processes = sys.argv[1:]
-    stacks.fit(Path(source), Path(target), block=3, workers=int(processes), settings={"pause": float(seconds)})
+    declared = stacks.asked(Path(source), Path(target), block=3, settings={"pause": float(seconds)})
+    fit_stack(declared, workers=int(processes))

@@ -1,10 +1,21 @@
-"""What several commands share: their options, declared once, and the scan, models and problem that these describe."""
+"""What several commands share: groups of options as dataclasses, and the decorator that makes flags of their fields.
 
+A command takes a dataclass as one argument; on the command line each of its fields that has an Option is a flag. So an
+option is declared once, in the dataclass, whatever the number of commands that have it.
+"""
+
+import functools
+import inspect
 import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import typer
+
+from gonio.app import arguments
+from gonio.options import Option, declared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,137 +28,90 @@ Scans = Annotated[
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
-Values = Annotated[
-    list[str], typer.Option("--set", metavar="NAME=VALUE", help="weights (0 if left out) and shape (default)")
-]
-Published = Annotated[str, typer.Option("--published", metavar="NAME", help="constants of a paper: Al, Cu, ..")]
-Json = Annotated[str, typer.Option("--json", metavar="FILE|-", help="write JSON to a file, or to standard output")]
-Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
-SolverName = Annotated[str, typer.Option("--solver", help="projection (exact weights) or anneal (Appendix A)")]
-Setting = Annotated[list[str], typer.Option("--setting", metavar="NAME=VALUE", help="a setting of the solver")]
-Hold = Annotated[
-    list[str], typer.Option("--hold", metavar="NAME=VALUE", help="keep a parameter; gamma=half-width reads it")
-]
-Group = Annotated[list[str], typer.Option("--group", metavar="NAME=COORD", help="one value for each, as in ks=theta_i")]
-Share = Annotated[list[str], typer.Option("--share", metavar="NAME", help="one weight over all channels")]
-Smoothed = Annotated[
-    list[str], typer.Option("--smooth", metavar="NAME=COORD", help="smooth over it, as in sigma=wavelength[:strength]")
-]
-Bound = Annotated[list[str], typer.Option("--bound", metavar="NAME=LO:HI", help="other bounds than declared")]
-Weigh = Annotated[
-    str, typer.Option("--weighting", help="uniform, relative, solid-angle, uncertainty or log", show_default=True)
-]
-NoiseFloor = Annotated[
-    float, typer.Option("--noise-floor", metavar="VALUE", help="relative weighting: the noise is constant below it")
-]
-LossName = Annotated[str, typer.Option("--loss", help="squared, or huber or cauchy against outliers")]
-SourceHalfAngle = Annotated[
-    float, typer.Option("--source-half-angle", metavar="DEG", help="cone that the source fills, folded into the model")
-]
-DetectorHalfAngle = Annotated[
-    float, typer.Option("--detector-half-angle", metavar="DEG", help="the same for what the detector takes in")
-]
-ConeStep = Annotated[
-    float, typer.Option("--cone-step", metavar="DEG", help="how far apart the directions are that stand for a cone")
-]
-CovarianceKind = Annotated[
-    str, typer.Option("--covariance", help="robust, scaled, or absolute (the scan's own uncertainties)")
-]
-Bootstrap = Annotated[int, typer.Option("--bootstrap", metavar="DRAWS", help="fit so many resampled scans: 500")]
-Resample = Annotated[str, typer.Option("--resample", help="residual (wild) or pairs, for --bootstrap")]
-ProfileOf = Annotated[str, typer.Option("--profile", metavar="A,B", help="profile likelihood of these values, or all")]
-Derive = Annotated[bool, typer.Option("--derived", help="reflectance, albedo, peak and half width too")]
-Seed = Annotated[int, typer.Option("--seed", help="seed of the random numbers")]
-Blocked = Annotated[float, typer.Option("--blocked", metavar="DEG", help="mask directions this near to the beam")]
-Floor = Annotated[str, typer.Option("--floor", metavar="VALUE", help="mask values below this noise floor")]
-Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
-MaterialName = Annotated[
-    str, typer.Option("--material", metavar="NAME|FILE", help="hold index and extinction at a material's: gold, ..")
-]
-Wavelength = Annotated[str, typer.Option("--wavelength", metavar="NM", help="for --material, where no scan says it")]
 Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names, family (the paper's) or all")]
-
 Workers = Annotated[
     int, typer.Option("--workers", metavar="N", help="processes that share the models; 0: as many as pay off")
 ]
+Figure = Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")]
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
+
+Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
+Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
 
 MODELS_A_WORKER = 8  # fewer are fitted before another process has started
 
 
-def read_scan(path: Path, blocked: float, floor: str, select: list[str], findings: bool = True) -> "xr.Dataset":
-    """A scan masked and reduced as asked; with `findings` its errors are raised and its warnings go to standard error.
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """What a command prints, and whether it may write over what is there."""
 
-    What is only converted or compared may be wrong: it is not made worse by that.
-    """
-    from gonio import check, read
-    from gonio.app import arguments
-    from gonio.measured.check import Severity
-    from gonio.measured.dataset import select as choose
-    from gonio.measured.masking import mask
+    json: Annotated[str, Option("write JSON to a file, or to standard output", metavar="FILE|-")] = ""
+    force: Annotated[bool, Option("overwrite what is there")] = False
 
-    data = choose(read(path), arguments.pairs(select, "--select"))
-    if blocked > 0 or floor:
-        data = mask(data, blocked=blocked, floor=arguments.number(floor, "--floor") if floor else None)
-    for finding in check(data) if findings else ():
-        if finding.severity is Severity.ERROR:
-            raise ValueError(f"{path}: {finding}")
-        if finding.severity is Severity.WARNING:
-            print(f"gonio: {path}: {finding}", file=sys.stderr)
-    return data
+    def show(self, record: Any, parts: Iterable[Any]) -> None:
+        """The record as JSON where that is asked for, and the parts for people unless JSON goes to standard output."""
+        from gonio.app.output import emit_json, show
+
+        if self.json:
+            emit_json(record, self.json, self.force)
+        if self.json != "-":
+            for part in parts:
+                show(part)
 
 
-def read_joint(scans: "list[tuple[Path, xr.Dataset]]", joint: bool) -> "xr.Dataset":
-    """The one scan, or several joined under the names of their files."""
-    from gonio.measured.dataset import join
+@dataclass(frozen=True, kw_only=True)
+class ScanOptions:
+    """Which part of a scan is used."""
 
-    if len(scans) == 1:
-        return scans[0][1]
-    if not joint:
-        raise ValueError(f"{len(scans)} scans are given: add --joint to fit them together, or fit one at a time")
-    names = [path.stem for path, _ in scans]
-    if len(set(names)) < len(names):
-        names = [str(path) for path, _ in scans]
-    if len(set(names)) < len(names):
-        raise ValueError("a scan is given twice")
-    return join(dict(zip(names, (data for _, data in scans), strict=True)))
+    blocked: Annotated[float, Option("mask directions this near to the beam", metavar="DEG")] = 0.0
+    floor: Annotated[str, Option("mask values below this noise floor", metavar="VALUE")] = ""
+    select: Annotated[Mapping[str, str], Option("one channel or wavelength", metavar="COORD=VALUE")] = field(
+        default_factory=dict
+    )
 
+    def read(self, path: Path, findings: bool = True) -> "xr.Dataset":
+        """A scan masked and reduced as asked.
 
-def problem_options(
-    data: "xr.Dataset",
-    hold: list[str],
-    group: list[str],
-    share: list[str],
-    smooth: list[str],
-    bound: list[str],
-    weighting: str,
-    noise_floor: float,
-    loss: str,
-    material: str,
-    wavelength: str,
-    cones: tuple[float, float, float],
-) -> dict[str, Any]:
-    """The options of a Problem from those of a command; `cones` are the fields of an Instrument."""
-    from gonio.app import arguments
-    from gonio.measured.instrument import Instrument
+        With `findings` the errors of `check` are raised and its warnings go to standard error. What is only converted
+        or compared may be wrong: it is not made worse by that.
+        """
+        from gonio import check, read
+        from gonio.measured.check import Severity
+        from gonio.measured.dataset import select
+        from gonio.measured.masking import mask
 
-    options = {
-        "held": arguments.held(hold, data),
-        "grouped": arguments.groups(group),
-        "shared": tuple(share),
-        "smooth": arguments.smooth(smooth),
-        "bounds": arguments.bounds(bound),
-        "weighting": weighting,
-        "noise_floor": noise_floor,
-        "loss": loss,
-        "instrument": Instrument(*cones),
-    }
-    return arguments.with_material(options, data, material, wavelength) if material else options
+        data = select(read(path), self.select)
+        if self.blocked > 0 or self.floor:
+            floor = arguments.number(self.floor, "--floor") if self.floor else None
+            data = mask(data, blocked=self.blocked, floor=floor)
+        for finding in check(data) if findings else ():
+            if finding.severity is Severity.ERROR:
+                raise ValueError(f"{path}: {finding}")
+            if finding.severity is Severity.WARNING:
+                print(f"gonio: {path}: {finding}", file=sys.stderr)
+        return data
+
+    def read_joint(self, paths: list[Path], joint: bool) -> "xr.Dataset":
+        """The one scan, or several joined under the names of their files."""
+        from gonio import join
+
+        scans = [self.read(path) for path in paths]
+        if len(scans) == 1:
+            return scans[0]
+        if not joint:
+            raise ValueError(f"{len(scans)} scans are given: add --joint to fit them together, or fit one at a time")
+        names = [path.stem for path in paths]
+        if len(set(names)) < len(names):
+            names = [str(path) for path in paths]
+        if len(set(names)) < len(names):
+            raise ValueError("a scan is given twice")
+        return join(dict(zip(names, scans, strict=True)))
 
 
 def chosen_models(names: str) -> "list[Model]":
     """Models by name, the paper's family, or all of them."""
     from gonio import catalogue
-    from gonio.compare import FAMILY
+    from gonio.comparison.ranking import FAMILY
 
     if names == "all":
         return list(catalogue.values())
@@ -156,8 +120,76 @@ def chosen_models(names: str) -> "list[Model]":
     return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
 
 
-def workers(asked: int, models: int) -> int:
+def processes(asked: int, models: int) -> int:
     """The number of processes: what was asked for, or for 0 every core that this many models keep busy."""
     from gonio.processes import cores
 
     return asked or max(min(cores(), models // MODELS_A_WORKER), 1)
+
+
+class _Flag(NamedTuple):
+    """One field of a dataclass as a flag: its name, its type as Typer reads it, its default, how text is read."""
+
+    name: str
+    annotation: Any
+    default: Any
+    value: Callable[[Any], Any]
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with a flag for each Option of the dataclasses that are its arguments."""
+    hints = get_type_hints(command, include_extras=True)
+    signature, groups, parameters = inspect.signature(command), {}, []
+    for name, parameter in signature.parameters.items():
+        if is_dataclass(hints[name]):
+            groups[name] = flags = list(_flags(hints[name]))
+            parameters += [_parameter(flag.name, flag.annotation, flag.default) for flag in flags]
+        else:
+            parameters.append(_parameter(name, hints[name], parameter.default))
+
+    @functools.wraps(command)
+    def call(**given: Any) -> None:
+        built = {
+            name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})
+            for name, flags in groups.items()
+        }
+        command(**given, **built)
+
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return call
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def _flags(kind: type) -> Iterable[_Flag]:
+    """The flags of a dataclass, those of dataclasses among its fields included."""
+    for one in fields(kind):
+        of, option = declared(kind)[one.name]
+        if option is None:
+            if is_dataclass(of):
+                yield from _flags(of)  # type: ignore[arg-type]
+            continue
+        flag = option.flag_of(one.name)
+        text = arguments.TEXTS.get(of)
+        typed, read = (text.typed, functools.partial(text.read, option=flag)) if text else (of, lambda value: value)
+        default = [] if text else _default(one)
+        declaration = typer.Option(flag, metavar=option.metavar or None, help=option.help, show_default=not text)
+        yield _Flag(one.name, Annotated[typed, declaration], default, read)
+
+
+def _default(one: Field[Any]) -> Any:
+    return one.default_factory() if one.default_factory is not MISSING else one.default
+
+
+def _built(kind: Any, given: dict[str, Any]) -> Any:
+    """The dataclass from values by field, those of dataclasses among its fields included."""
+    own = {}
+    for name, (of, option) in declared(kind).items():
+        if option is not None:
+            own[name] = given[name]
+        elif is_dataclass(of):
+            own[name] = _built(of, given)
+    return kind(**own)

@@ -21,9 +21,9 @@ VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
 class Row:
     """One fit of one scan, and how good it is: a row of a ranking.
 
-    metrics: over all points in use, by name of METRICS. by_incidence: the same of each incidence angle [deg]. aicc, bic:
-    information criteria. farthest: largest theta_r [deg] of the scan. validated, by_fold: metrics over points that were
-    left out, and lg RMSE of each part that was; empty where nothing was.
+    metrics: over all points in use, by name of METRICS. by_incidence: the same of each incidence angle [deg]. aicc,
+    bic: information criteria. farthest: largest theta_r [deg] of the scan. validated, by_fold: metrics over points that
+    were left out, and lg RMSE of each part that was; empty where nothing was.
     """
 
     solution: Solution
@@ -83,8 +83,8 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
 def validate(problem: Problem, row: Row, by: str) -> Row:
     """The row with what its model predicts for parts that the fit was not shown.
 
-    by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all left-out
-    points, `by_fold` lg RMSE of each part. Raises ValueError where a part cannot be predicted.
+    by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all
+    left-out points, `by_fold` lg RMSE of each part. Raises ValueError where a part cannot be predicted.
     """
     modelled, parts = predictions(problem, row.solution, by)
     seen = np.flatnonzero(np.isfinite(modelled))

@@ -41,8 +41,8 @@ def compare(
 ) -> list[Row]:
     """Fit several models to one scan and order them by a metric, the nearest first, ties by fewer free values.
 
-    by: a name of METRICS. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what is
-    left out in turn, and the order is by lg RMSE of that.
+    by: a name of METRICS. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
+    is left out in turn, and the order is by lg RMSE of that.
     workers: processes that share the models (`processes.results`); they find the same whatever their number.
     options: those of ProblemOptions. Names of parameters apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.

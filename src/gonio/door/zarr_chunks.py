@@ -1,7 +1,8 @@
 """What a Zarr store promises, checked against its files before anything is allocated: shapes, chunks, codecs, sums.
 
 Stores of format 3 are read whose arrays are plain numbers in a regular grid of chunks, bare or compressed by zstd, with
-or without a CRC-32C. Every chunk must be there: a lost one would be read as fill values.
+or without a CRC-32C. In a scan every chunk must be there: a lost one would be read as fill values. A stack of scans,
+which people store by xarray's defaults, may have arrays of texts, and leaves out chunks of nothing but fill values.
 """
 
 import math
@@ -19,14 +20,30 @@ METADATA = "zarr.json"
 NAMES = "names"  # attribute of an array of indexes: the texts that they stand for
 LONGEST_METADATA = 4_194_304  # bytes
 MOST_BYTES_OF_CHUNK = 67_108_864
+LONGEST_TEXT = 65_536  # bytes of a text of fixed length
 _KINDS = ("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64")
-_CODECS = ("bytes", "zstd", "crc32c")
+_FIXED_TEXTS, _TEXTS = "fixed_length_utf32", "string"
+_CODECS, _TEXT_CODECS = ("bytes", "zstd", "crc32c"), ("vlen-utf8", "zstd", "crc32c")
 _ZSTD = b"\x28\xb5\x2f\xfd"
 
 
 @dataclass(frozen=True)
+class Limits:
+    """What the arrays of a store may promise: so many values, bytes of a chunk, texts, chunks that are not there."""
+
+    values: int = MOST_VALUES
+    chunk_bytes: int = MOST_BYTES_OF_CHUNK
+    texts: bool = False
+    gaps: bool = False
+
+
+SCAN = Limits()
+STACK = Limits(values=2**50, chunk_bytes=2**31, texts=True, gaps=True)  # may be terabytes: read block by block
+
+
+@dataclass(frozen=True)
 class Plan:
-    """One array as its metadata promise it."""
+    """One array as its metadata promise it; itemsize is 0 for texts, each of its own length."""
 
     store: Path
     name: str
@@ -34,6 +51,7 @@ class Plan:
     chunk: tuple[int, ...]
     itemsize: int
     codecs: tuple[str, ...]
+    gaps: bool = False
 
     @property
     def nbytes(self) -> int:
@@ -51,14 +69,14 @@ class Plan:
         return ("/".join((self.name, "c", *map(str, at))) for at in places)
 
 
-def plans(store: Path) -> list[Plan]:
-    """The arrays of a store; FormatError with the file in it and the line."""
+def plans(store: Path, limits: Limits = SCAN) -> list[Plan]:
+    """The arrays of a store within limits; FormatError with the file in it and the line."""
     root = _metadata(store, METADATA)
     _expect(store, METADATA, root, root.value.get("node_type") == "group", "the store's root is no group", "node_type")
     names = sorted(p.name for p in store.iterdir() if p.name != METADATA)
     if not names:
         raise FormatError(store, "the store holds no array", f"{METADATA}, line 1")
-    return [_plan(store, name) for name in names]
+    return [_plan(store, name, limits) for name in names]
 
 
 def _metadata(store: Path, name: str) -> Document:
@@ -81,7 +99,7 @@ def _expect(store: Path, name: str, document: Document, holds: bool, what: str, 
         raise FormatError(store, what, f"{name}, {document.wrong(what, *steps).where}")
 
 
-def _plan(store: Path, name: str) -> Plan:
+def _plan(store: Path, name: str, limits: Limits) -> Plan:
     file = f"{name}/{METADATA}"
     document = _metadata(store, file)
 
@@ -91,8 +109,9 @@ def _plan(store: Path, name: str) -> Plan:
     value = document.value
     expect(value.get("node_type") == "array", f"{clip(name)} is no array", "node_type")
     kind = value.get("data_type")
-    expect(kind in _KINDS, f"data_type is {clip(str(kind))!r}, not one of {', '.join(_KINDS)}", "data_type")
-    itemsize = np.dtype(kind).itemsize
+    itemsize = _itemsize(kind, limits.texts)
+    expect(itemsize is not None, f"data_type is {clip(str(kind))!r}, not one of {', '.join(_KINDS)}", "data_type")
+    assert itemsize is not None
     shape = _sizes(value.get("shape"))
     expect(shape is not None, "shape is no list of counts", "shape")
     grid = value.get("chunk_grid")
@@ -102,9 +121,9 @@ def _plan(store: Path, name: str) -> Plan:
     assert shape is not None
     assert chunk is not None
     expect(len(shape) == len(chunk), "chunk_shape has not as many counts as shape", "chunk_grid")
-    expect(math.prod(shape) <= MOST_VALUES, f"{clip(name)} would hold more than {MOST_VALUES} values", "shape")
-    room = math.prod(chunk) * itemsize
-    expect(room <= MOST_BYTES_OF_CHUNK, f"a chunk would be {room} bytes: save with smaller chunks", "chunk_grid")
+    expect(math.prod(shape) <= limits.values, f"{clip(name)} would hold more than {limits.values} values", "shape")
+    room = math.prod(chunk) * (itemsize or 1)
+    expect(room <= limits.chunk_bytes, f"a chunk would be {room} bytes: save with smaller chunks", "chunk_grid")
     encoding = value.get("chunk_key_encoding")
     standard = isinstance(encoding, dict) and encoding.get("name") == "default"
     slashed = standard and (encoding.get("configuration") or {"separator": "/"}) == {"separator": "/"}
@@ -112,10 +131,22 @@ def _plan(store: Path, name: str) -> Plan:
     expect(not value.get("storage_transformers"), "there are storage_transformers", "storage_transformers")
     codecs = value.get("codecs")
     named = [c.get("name") if isinstance(c, dict) else None for c in codecs] if isinstance(codecs, list) else []
-    known = tuple(n for n in _CODECS if n in named)
-    what = "codecs are not bytes, then zstd or none, then crc32c or none: save the store with these"
-    expect(bool(named) and tuple(named) == known and known[0] == "bytes", what, "codecs")
-    return Plan(store, name, shape, chunk, itemsize, known)
+    order = _CODECS if itemsize else _TEXT_CODECS
+    known = tuple(n for n in order if n in named)
+    what = f"codecs are not {order[0]}, then zstd or none, then crc32c or none: save the store with these"
+    expect(bool(named) and tuple(named) == known and known[0] == order[0], what, "codecs")
+    return Plan(store, name, shape, chunk, itemsize, known, limits.gaps)
+
+
+def _itemsize(kind: Any, texts: bool) -> int | None:
+    """Bytes of a number, or of a text of fixed length; 0 for other texts, None for a type that is not read."""
+    if isinstance(kind, str) and kind in _KINDS:
+        return np.dtype(kind).itemsize
+    if texts and kind == _TEXTS:
+        return 0
+    configuration = kind.get("configuration") if isinstance(kind, dict) and kind.get("name") == _FIXED_TEXTS else None
+    length = configuration.get("length_bytes") if texts and isinstance(configuration, dict) else None
+    return int(length) if isinstance(length, float) and 4 <= length <= LONGEST_TEXT and length % 4 == 0 else None
 
 
 def _sizes(value: Any) -> tuple[int, ...] | None:
@@ -128,22 +159,63 @@ def _sizes(value: Any) -> tuple[int, ...] | None:
 
 
 def check_chunks(plan: Plan) -> None:
-    """Every chunk is there, holds what its codecs promise, and has its sum; FormatError with the chunk."""
-    for name in plan.chunk_names():
+    """Every chunk is there, holds what its codecs promise, and has its sum; FormatError with the chunk.
+
+    A plan with gaps leaves out chunks of nothing but fill values; of an array of none but such chunks there may be more
+    than can be looked for, so those that are there are checked.
+    """
+    for name in _stored_chunks(plan) if plan.gaps else plan.chunk_names():
         path = plan.store / name
         if not path.is_file():
             raise FormatError(plan.store, "a chunk is missing: copy the store whole", f"{name}, byte 0")
-        if path.stat().st_size > plan.chunk_nbytes + plan.chunk_nbytes // 8 + 1024:
+        most = plan.chunk_nbytes if plan.itemsize else MOST_BYTES_OF_CHUNK
+        if path.stat().st_size > most + most // 8 + 1024:
             raise FormatError(plan.store, "a chunk's file is longer than its values need", f"{name}, byte 0")
         raw = path.read_bytes()
         if "crc32c" in plan.codecs:
             raw = _summed(plan, name, raw)
-        found = _content(raw) if "zstd" in plan.codecs else len(raw)
-        if found != plan.chunk_nbytes:
-            what = (
-                f"a chunk holds {found if found is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
-            )
+        size = _content(raw) if "zstd" in plan.codecs else len(raw)
+        if plan.itemsize and size != plan.chunk_nbytes:
+            what = f"a chunk holds {size if size is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
             raise FormatError(plan.store, what, f"{name}, byte 0")
+        if not plan.itemsize:
+            _check_texts(plan, name, raw, size)
+
+
+def _stored_chunks(plan: Plan) -> list[str]:
+    """The names of the chunks that are there and belong to the array's grid."""
+    folder = plan.store / plan.name / "c"
+    if not plan.shape or folder.is_file():
+        return [f"{plan.name}/c"] if folder.is_file() else []
+    counts = [-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True)]
+    found = []
+    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+        place = path.relative_to(folder).parts
+        of_grid = len(place) == len(counts) and all(
+            p.isdecimal() and int(p) < n for p, n in zip(place, counts, strict=True)
+        )
+        if of_grid:
+            found.append("/".join((plan.name, "c", *place)))
+    return found
+
+
+def _check_texts(plan: Plan, name: str, raw: bytes, size: int | None) -> None:
+    """A chunk of texts holds as many as it should, each within the chunk, in UTF-8."""
+    from numcodecs.zstd import decompress
+
+    if size is None or size > MOST_BYTES_OF_CHUNK:
+        raise FormatError(plan.store, "a chunk of texts is too long, or of no stated length", f"{name}, byte 0")
+    try:
+        content = bytes(decompress(raw)) if "zstd" in plan.codecs else raw
+        count, at = int.from_bytes(content[:4], "little"), 4
+        for _ in range(count if count == math.prod(plan.chunk) else 0):
+            length = int.from_bytes(content[at : at + 4], "little")
+            content[at + 4 : at + 4 + length].decode("utf-8")
+            at += 4 + length
+    except (RuntimeError, ValueError) as error:
+        raise FormatError(plan.store, "a chunk of texts is damaged", f"{name}, byte 0") from error
+    if count != math.prod(plan.chunk) or at > len(content):
+        raise FormatError(plan.store, "a chunk of texts is damaged: it holds fewer, or more", f"{name}, byte 0")
 
 
 def _summed(plan: Plan, name: str, raw: bytes) -> bytes:

@@ -2,7 +2,7 @@
 
 from gonio.fitting.fitting import fit
 from gonio.fitting.many.fit_many import fit_many
-from gonio.fitting.many.results import solution
+from gonio.fitting.many.results import solution_of
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.smooth import Smooth
@@ -24,5 +24,5 @@ __all__ = [
     "Status",
     "fit",
     "fit_many",
-    "solution",
+    "solution_of",
 ]

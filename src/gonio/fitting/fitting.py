@@ -55,14 +55,18 @@ def fit(
         "history": optimum.history if optimum.history.ndim == 2 else optimum.history[:, None],
     }
     effective = effective_values(problem, optimum.vector)
-    attributes = told_by(problem) | _of_the_search(problem, optimum, settled) | {
-        "effective_values": effective,
-        "status": _status(problem, optimum, effective, spread, pinned),
-        "solver": solver.name,
-        "settings": repr(solver),
-        "seconds": time.perf_counter() - started,
-        "covariance": covariance,
-    }
+    attributes = (
+        told_by(problem)
+        | _of_the_search(problem, optimum, settled)
+        | {
+            "effective_values": effective,
+            "status": _status(problem, optimum, effective, spread, pinned),
+            "solver": solver.name,
+            "settings": repr(solver),
+            "seconds": time.perf_counter() - started,
+            "covariance": covariance,
+        }
+    )
     return Solution(assembled(parameters.coords, columns, attributes), problem.model)
 
 

@@ -115,7 +115,7 @@ class Parameters:
         return whole
 
     def spread(self, free: Values, fill: Any, axes: int = 1) -> Values:
-        """Something of the free values as something of all: the last `axes` axes (n_free) become (n), the rest `fill`."""
+        """What is known of the free values, for all: the last `axes` axes (n_free) become (n), `fill` elsewhere."""
         places = np.flatnonzero(self.free)
         whole = np.full((*free.shape[: free.ndim - axes], *(len(self.free),) * axes), fill, dtype=free.dtype)
         index: Any = (Ellipsis, *np.ix_(*(places,) * axes))

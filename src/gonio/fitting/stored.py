@@ -95,20 +95,20 @@ class _Stored:
             what = f"the attribute {name} is {clip(str(value))!r}, not {'text' if kind is str else 'a number'}"
             raise self.refuse(what) from None
 
-    def _variable(self, name: str, declared: Variable) -> tuple[tuple[str, ...], np.ndarray]:
+    def _variable(self, name: str, declared: Variable) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
         if name not in self.stored.variables:
             raise self.refuse(f"has no variable {name}: this is no whole solution")
         variable = self.stored[name]
         if variable.dims != declared.dims:
             raise self.refuse(f"{name} stands along {', '.join(map(str, variable.dims))}", name)
         if declared.kind == "U":
-            return declared.dims, netcdf.text(self.path, variable, self.places).values
+            return declared.dims, netcdf.text(self.path, variable, self.places).values, {}
         values = variable.values
         if values.dtype.kind not in "fiu":
             raise self.refuse(f"{name} is no array of numbers", name)
         if declared.kind == "b" and not np.isin(values, (0, 1)).all():
             raise self.refuse(f"{name} holds something else than 0 and 1", name)
-        return declared.dims, values.astype(bool if declared.kind == "b" else float)
+        return declared.dims, values.astype(bool if declared.kind == "b" else float), dict(variable.attrs)
 
     def _model(self, name: str, given: Model | None) -> Model:
         if given is not None:
@@ -125,7 +125,7 @@ class _Stored:
 
     def _refuse_strange_attributes(self, attrs: Mapping[str, Any]) -> None:
         """FormatError for words that no fit writes, and for numbers that none has."""
-        known = {
+        known: dict[str, list[str]] = {
             "status": list(Status),
             "covariance": ["", *COVARIANCES],
             "weighting": list(WEIGHTINGS),
@@ -148,7 +148,7 @@ class _Stored:
             raise self.refuse(f"the attribute {name} cannot be read ({clip(str(error), 100)})") from None
 
     def _refuse_strange_values(self, found: xr.Dataset, model: Model) -> None:
-        """FormatError for names that the model does not have, for groups without sense, and for values beyond number."""
+        """FormatError for names that the model does not have, groups without sense, and values that no fit gives."""
         names, by, group = (found[n].values.tolist() for n in ("name", "by", "group"))
         if not set(names) == set(model.parameters):
             raise self.refuse(f"its parameters are not those of {model.name}", "name")
@@ -159,7 +159,9 @@ class _Stored:
             labels = label.split(",", coordinates.count(","))  # the last may hold commas of its own
             if len(labels) != len(coordinates.split(",")) or bool(label) is not bool(coordinates):
                 raise self.refuse(f"a group of {clip(name)} is {clip(label)!r} by {clip(coordinates)!r}", "group")
-            if not all(_is_number(part) for c, part in zip(coordinates.split(","), labels, strict=True) if c in NUMBERS):
+            if not all(
+                _is_number(part) for c, part in zip(coordinates.split(","), labels, strict=True) if c in NUMBERS
+            ):
                 raise self.refuse(f"a group of {clip(name)} by {clip(coordinates)} is {clip(label)!r}", "group")
         value = found["value"].values
         if not (np.isnan(value) | (np.abs(value) < LARGEST)).all():

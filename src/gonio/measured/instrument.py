@@ -14,13 +14,14 @@ sum is the weighted sum of the means: a model stays linear in its weights.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import GRAZING, Geometry
 from gonio.model import Model
+from gonio.options import Option
 
 Values = npt.NDArray[np.float64]
 Vector = tuple[Values, Values, Values]
@@ -42,9 +43,13 @@ class Instrument:
     Raises ValueError for half-angles outside 0 to 30 deg or a step outside 0.01 to 30 deg.
     """
 
-    source_half_angle: float = 0.0
-    detector_half_angle: float = 0.0
-    step: float = 0.5
+    source_half_angle: Annotated[float, Option("cone that the source fills, folded into the model", metavar="DEG")] = (
+        0.0
+    )
+    detector_half_angle: Annotated[float, Option("the same for what the detector takes in", metavar="DEG")] = 0.0
+    step: Annotated[
+        float, Option("how far apart the directions are that stand for a cone", flag="--cone-step", metavar="DEG")
+    ] = 0.5
 
     def __post_init__(self) -> None:
         for name in ("source_half_angle", "detector_half_angle"):

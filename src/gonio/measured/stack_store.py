@@ -8,45 +8,77 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.door.zarr_chunks import NAMES
+from gonio.door.text import clip
+from gonio.door.zarr_chunks import METADATA, NAMES, STACK, check_chunks, plans
+from gonio.files import FormatError
 from gonio.measured.dataset import DIRECTIONS, SETS
+from gonio.measured.sound import faults, missing
 
-METADATA = ("zarr.json", ".zgroup", ".zattrs", ".zmetadata", ".zarray")
+FORMAT_2 = (".zgroup", ".zattrs", ".zmetadata")
+RESULTS = "manifest"  # the group that a store of fitted values has
 
 
 def open_stack(path: str | Path) -> xr.Dataset:
     """The stack with its coordinates read and its arrays left in the store until they are asked for.
 
-    Raises ValueError with the remedy where there is no Zarr store, or one that cannot be opened.
+    Metadata and coordinates are checked before they are read, the other arrays where blocks of them are read.
+    Raises FormatError with the file in the store, and with the remedy where there is no Zarr store.
     """
     path = Path(path)
     if not path.exists():
-        raise ValueError(f"{path}: there is no such Zarr store")
-    if not any((path / name).is_file() for name in METADATA[:2]):
-        raise ValueError(f"{path} is no Zarr store: save the stack by xarray's to_zarr, or take gonio fit for one scan")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # on types of texts that the format has not settled: they are only read
-            stack = xr.open_dataset(path, engine="zarr", chunks=None)
-            stack = stack.set_coords([n for n in (*DIRECTIONS, *SETS) if n in stack.variables])
-            for name in [str(n) for n in stack.coords]:
-                stack = stack.assign_coords({name: _with_texts(stack[name].variable.load())})
-    except Exception as error:  # whatever damaged bytes lead Zarr to
-        said = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"{path} is a Zarr store that cannot be opened ({said[:160]})") from error
+        raise FormatError(path, "there is no such Zarr store")
+    if any((path / name).is_file() for name in FORMAT_2) and not (path / METADATA).is_file():
+        raise FormatError(path, "is a store of Zarr format 2: save it in format 3", f"{FORMAT_2[0]}, byte 0")
+    if not (path / METADATA).is_file():
+        what = "is no Zarr store: save the stack by xarray's to_zarr, or take gonio fit for one scan"
+        raise FormatError(path, what, "byte 0")
+    if (path / RESULTS).is_dir():
+        raise FormatError(path, "holds what gonio fit-stack wrote, and no stack of scans", f"{METADATA}, line 1")
+    arrays = {plan.name: plan for plan in plans(path, STACK)}
+    stack = _opened(path)
     if "brdf" not in stack:
         have = ", ".join(map(str, stack.data_vars)) or "none"
-        raise ValueError(f"{path} holds no variable brdf, and a stack of scans needs one; it has {have}")
+        what = f"holds no variable brdf, and a stack of scans needs one; it has {clip(have, 100)}"
+        raise FormatError(path, what, f"{METADATA}, line 1")
+    for name in [str(n) for n in stack.coords]:
+        check_chunks(arrays[name])
+        stack = stack.assign_coords({name: _read(path, stack[name].variable)})
+    if lacking := missing(stack):
+        raise FormatError(path, f"has no {lacking}: a stack needs the directions of its scans", f"{METADATA}, line 1")
+    for name, what in faults(stack):
+        raise FormatError(path, f"{name} {what}", f"{name}/{METADATA}, line 1")
     return stack
 
 
-def _with_texts(variable: xr.Variable) -> xr.Variable:
-    """Texts for the indexes as which gonio's own writer stores them."""
-    texts = variable.attrs.get(NAMES)
-    if texts is None:
-        return variable
-    attrs = {k: v for k, v in variable.attrs.items() if k != NAMES}
-    return xr.Variable(variable.dims, np.array(texts, dtype=str)[variable.values], attrs)
+def _opened(path: Path) -> xr.Dataset:
+    """The arrays of a store whose metadata were checked, not yet read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # on types of texts that the format has not settled: they are only read
+            stack = xr.open_dataset(path, engine="zarr", chunks=None, consolidated=False, decode_times=False)
+            return stack.set_coords([n for n in (*DIRECTIONS, *SETS) if n in stack.variables])
+    except Exception as error:  # whatever damaged metadata lead Zarr to
+        raise _damaged(path, error) from error
+
+
+def _read(path: Path, variable: xr.Variable) -> xr.Variable:
+    """A coordinate in memory, with texts for the indexes as which gonio's own writer stores them."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            loaded = variable.load()
+            texts = loaded.attrs.get(NAMES)
+            if texts is None:
+                return loaded
+            attrs = {k: v for k, v in loaded.attrs.items() if k != NAMES}
+            return xr.Variable(loaded.dims, np.array(texts, dtype=str)[loaded.values], attrs)
+    except Exception as error:  # whatever damaged bytes lead Zarr to
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> FormatError:
+    said = " ".join(f"{type(error).__name__}: {error}".split())
+    return FormatError(path, f"is a Zarr store that cannot be opened ({clip(said, 160)})", f"{METADATA}, line 1")
 
 
 def identity(path: str | Path, stack: xr.Dataset) -> dict[str, Any]:
@@ -56,10 +88,9 @@ def identity(path: str | Path, stack: xr.Dataset) -> dict[str, Any]:
     """
     total = hashlib.sha256()
     for folder in [Path(path), *sorted(p for p in Path(path).iterdir() if p.is_dir())]:
-        for name in METADATA:
-            if (folder / name).is_file():
-                total.update(f"{folder.name}/{name}".encode() if folder != Path(path) else name.encode())
-                total.update((folder / name).read_bytes())
+        if (folder / METADATA).is_file():
+            total.update(f"{folder.name}/{METADATA}".encode() if folder != Path(path) else METADATA.encode())
+            total.update((folder / METADATA).read_bytes())
     for name in sorted(map(str, stack.coords)):
         values = stack[name].values
         total.update(name.encode())

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gonio import Problem, catalogue, simulate
-from gonio.compare import assess, behind, information_criteria, rank, validate
+from gonio.comparison.assessment import assess, behind, information_criteria, validate
+from gonio.comparison.ranking import compare
 from gonio.fitting import fit
 from gonio.fitting.certainty.hold_out import folds, predictions
 from gonio.measured.dataset import make_scan, points
@@ -80,7 +81,7 @@ def test_values_for_each_part_are_refused(scan):
 def test_the_true_model_wins_where_it_was_not_shown(scan):
     """A twelve-parameter fit is nearer in sample and farther out of it; the models that hold the truth are alike."""
     names = ("torrance-sparrow", "cauchy-lorentz", "lambert", "binomial")
-    rows = rank(scan, [catalogue[n] for n in names], weighting="log", left_out="theta_i")
+    rows = compare(scan, [catalogue[n] for n in names], weighting="log", left_out="theta_i")
     by_name = {row.model.name: row for row in rows}
     assert rows[0].model.name in ("torrance-sparrow", "cauchy-lorentz")
     assert by_name["torrance-sparrow"].validated["log10_rmse"] < by_name["binomial"].validated["log10_rmse"] / 2

@@ -1,11 +1,13 @@
 """Profile likelihood against fits by another search with the value held, and against the interval of linear models."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gonio import Problem, catalogue, simulate
 from gonio.fitting import fit
-from gonio.fitting.certainty.identifiability import verdicts
+from gonio.fitting.certainty.identifiability import determinations
 from gonio.fitting.certainty.profile import between, profile, rises
 from gonio.measured.dataset import make_scan
 
@@ -77,7 +79,7 @@ def test_intervals_that_end_at_a_bound():
     assert found["ks"].words.startswith("up to ")
     assert (found["sigma"].open_below, found["sigma"].open_above) == (True, True)
     assert (found["sigma"].lower, found["sigma"].upper) == (0.01, 1.0)
-    words = {v.name: v.words for v in verdicts(solution, 75.0, tuple(found.values()))}
+    words = {v.name: v.words for v in determinations(solution, 75.0, tuple(found.values()))}
     assert words["sigma"].endswith("; the data allow sigma at any value")
     assert words["ks"].endswith(found["ks"].words)
     narrow = Problem(model, flat, bounds={"kd": (0.0, solution.values["kd"] * 0.99)})
@@ -107,7 +109,7 @@ def test_a_better_fit_is_not_kept_quiet(broad):
     worse["value"].loc[{"parameter": ["ks", "sigma"]}] = [0.0, 1.0]  # where a lobe has no weight its shape has no slope
     worse["value"].loc[{"parameter": ["kdd", "kid", "gamma"]}] = [20.0, 0.0, 80.0]
     with pytest.raises(ValueError, match="fit again with more searches"):
-        profile(problem, type(solution)(worse), "sigma")
+        profile(problem, replace(solution, dataset=worse), "sigma")
 
 
 def test_refusals(broad):

@@ -1,16 +1,17 @@
 """Stated uncertainties, against what happens when a measurement is repeated, and against SciPy's."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit, least_squares
 
-from gonio import Problem, Projection, catalogue, published, simulate
-from gonio.fitting import Solution, Status, fit
-from gonio.fitting.certainty.covariance import COVARIANCES, covariance
+from gonio import Problem, catalogue, published, simulate
+from gonio.fitting import Projection, Status, fit
+from gonio.fitting.certainty.covariance import covariance
+from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.fitting.search.refit import refit
-from gonio.fitting.solution import Optimum
+from gonio.fitting.search.solver import Optimum
 from gonio.measured.check import check
 from gonio.measured.masking import mask
 
@@ -75,7 +76,7 @@ def test_intervals_cover_the_truth(case, noise):
         solution = fit(problem, Near(tuple(truth)))
         off = np.abs(solution.vector(problem.names) - truth)
         for kind, found in hits.items():
-            stated = Solution(solution.dataset.assign_attrs(covariance=kind))
+            stated = replace(solution, dataset=solution.dataset.assign_attrs(covariance=kind))
             spread = np.sqrt(np.diag(covariance(problem, solution.vector(problem.names), kind)))
             found.append(off <= stated.coverage_factor(0.95) * spread)
     for kind, found in hits.items():

@@ -1,17 +1,18 @@
 """Fits of many scans at once give what fits of one give, lane by lane, whatever their neighbours are."""
 
 import functools
+from dataclasses import replace
 
 import jax
 import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import Anneal, Problem, catalogue, check
-from gonio.fitting import fit
+from gonio import Problem, catalogue, check
+from gonio.fitting import FOR_MANY, Anneal, fit
 from gonio.fitting.many import fit_many as batch
-from gonio.fitting.many.fit_many import solution
-from gonio.fitting.solution import STATUSES, Status
+from gonio.fitting.many.results import solution_of
+from gonio.fitting.status import STATUSES, Status
 from gonio.geometry import Geometry
 from gonio.measured.stack import lane_dims, one_scan
 
@@ -216,7 +217,9 @@ def test_single_precision_finds_the_same_minimum():
 
 def test_more_lanes_than_a_block_take_further_passes_and_agree():
     stack = stack_of("cauchy-lorentz", 40)
-    narrow, wide = (fit_many(one(stack, 0), stack, starts=4, covariance="", block=b) for b in (8, 16))
+    narrow, wide = (
+        fit_many(one(stack, 0), stack, replace(FOR_MANY, searches=4), covariance="", block=b) for b in (8, 16)
+    )
     np.testing.assert_allclose(narrow["cost"], wide["cost"], rtol=COST)
     assert narrow["converged"].values.all()
 
@@ -224,13 +227,13 @@ def test_more_lanes_than_a_block_take_further_passes_and_agree():
 def test_a_lane_is_a_solution_of_its_own():
     stack = stack_of("cauchy-lorentz", 2)
     found = fit_many(one(stack, 0), stack)
-    mine, single = solution(found.isel(sample=1)), fit(one(stack, 1))
+    mine, single = solution_of(found.isel(sample=1)), fit(one(stack, 1))
     assert mine.status is single.status
     assert mine.cost == pytest.approx(single.cost, rel=COST)
     for name, (low, high) in single.intervals().items():
         assert mine.intervals()[name] == pytest.approx((low, high), rel=1e-4)
     with pytest.raises(ValueError, match=r"many lanes along sample: choose one, as by isel\(sample=0\)"):
-        solution(found)
+        solution_of(found)
 
 
 def test_dense_stacks_with_several_lane_dimensions_keep_their_coordinates(tmp_path):
@@ -270,7 +273,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_cannot_be_done_for_many_is_refused_with_a_remedy(what):
-    from gonio import Instrument
+    from gonio.measured.instrument import Instrument
 
     stack = stack_of("torrance-sparrow", 2)
     options = {
@@ -299,7 +302,7 @@ def test_annealing_many_comes_as_near_as_annealing_one():
     stack = stack_of("torrance-sparrow", 3)
     problem = one(stack, 0, model=catalogue["torrance-sparrow"])
     anneal = Anneal(cooling_rate=0.99, chains=2, seed=4)
-    exact, many = (fit_many(problem, stack, covariance="", anneal=how) for how in (None, anneal))
+    exact, many = (fit_many(problem, stack, covariance="", solver=how) for how in (FOR_MANY, anneal))
     single = fit(problem, anneal)
     excess = many["cost"].values / exact["cost"].values - 1
     assert (excess >= -1e-9).all()
@@ -307,9 +310,9 @@ def test_annealing_many_comes_as_near_as_annealing_one():
     assert excess[0] < 10 * (single.cost / float(exact["cost"][0]) - 1)
     assert many["converged"].values.all()
     assert many.attrs["solver"] == "anneal, batched"
-    again = fit_many(problem, stack, covariance="", anneal=anneal, block=1)
+    again = fit_many(problem, stack, solver=anneal, covariance="", block=1)
     np.testing.assert_allclose(again["value"], many["value"], rtol=1e-12)
-    narrow = fit_many(problem, stack, covariance="", anneal=Anneal(max_iterations=300, ub={"sigma": 0.05}))
+    narrow = fit_many(problem, stack, solver=Anneal(max_iterations=300, ub={"sigma": 0.05}), covariance="")
     assert (narrow["value"].sel(parameter="sigma") <= 0.05).all()
     assert [STATUSES[int(s)] for s in narrow["status"].values] == [Status.STEPS_EXHAUSTED] * 3
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from gonio import Instrument, Problem, Projection, Solution, catalogue, read, simulate
-from gonio.compare import assess, predict, rank
-from gonio.fitting import fit
-from gonio.measured.instrument import Acceptance
+from gonio import Problem, catalogue, read, simulate
+from gonio.comparison.assessment import assess
+from gonio.comparison.ranking import compare
+from gonio.fitting import Projection, Solution, fit
+from gonio.measured.instrument import Acceptance, Instrument
 from gonio.measured.masking import mask
 
 THETA_R = np.arange(-20, 81.0)
@@ -64,13 +65,13 @@ def test_whatever_stands_beside_the_scan_is_seen_through_the_instrument(tmp_path
     loaded = Solution.load(tmp_path / "solution.nc")
     assert loaded.instrument == SEEN
     vector = np.array([solution.values[name] for name in problem.names])
-    np.testing.assert_allclose(predict(model, loaded, problem.points), problem.brdf(vector), rtol=1e-12)
+    np.testing.assert_allclose(loaded.predict(problem.points), problem.brdf(vector), rtol=1e-12)
     assert assess(problem, loaded).metrics["delta"] == pytest.approx(0.01, rel=0.2)
     # the curve itself, deconvolved, is what the model alone says
-    assert np.max(model(problem.geometry, loaded.values) / predict(model, loaded, problem.points)) > 1.3
+    assert np.max(model(problem.geometry, loaded.values) / loaded.predict(problem.points)) > 1.3
     options = {"weighting": "relative", "left_out": "theta_i"}
-    (seeing,) = rank(data, [model], **options, instrument=SEEN)
-    (blind,) = rank(data, [model], **options)
+    (seeing,) = compare(data, [model], **options, instrument=SEEN)
+    (blind,) = compare(data, [model], **options)
     assert seeing.validated["delta"] < 0.015 < 0.025 < blind.validated["delta"]
 
 

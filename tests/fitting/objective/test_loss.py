@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from gonio import Problem, Projection, catalogue, simulate
-from gonio.fitting import fit
+from gonio import Problem, catalogue, simulate
+from gonio.fitting import Projection, fit
 from gonio.fitting.certainty.hold_out import predictions
 from gonio.fitting.objective.loss import LOSSES
 from gonio.fitting.search.reweighting import scatter

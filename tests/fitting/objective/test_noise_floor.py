@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gonio import Problem, Projection, catalogue, simulate
-from gonio.fitting import fit
+from gonio import Problem, catalogue, simulate
+from gonio.fitting import Projection, fit
 from gonio.measured.dataset import make_scan
 from gonio.measured.masking import mask
 

@@ -6,14 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from gonio import Anneal, Problem, Projection, Solution, catalogue, join, simulate
-from gonio.compare import assess, information_criteria, validate
-from gonio.fitting import Status, fit
+from gonio import Problem, catalogue, join, simulate
+from gonio.comparison.assessment import assess, information_criteria, validate
+from gonio.fitting import Anneal, Projection, Solution, Status, fit
 from gonio.fitting.certainty.covariance import covariance
-from gonio.fitting.certainty.identifiability import verdicts
+from gonio.fitting.certainty.identifiability import determinations
+from gonio.fitting.objective.slopes import quick_jacobian
 from gonio.fitting.objective.smooth import Smooth
-from gonio.fitting.search.descent import descend
-from gonio.fitting.search.refit import slopes
+from gonio.fitting.search.descent import LeastSquares, descend
 from gonio.fitting.search.strength import effective_values, resolved
 from gonio.measured.dataset import make_scan
 
@@ -199,7 +199,7 @@ def test_slopes_are_derivatives():
     for weighting in ("uniform", "log"):
         problem = Problem(SPARROW, scan, smooth={"sigma": Smooth("wavelength", 1.0, 0.2)}, weighting=weighting)
         vector = np.concatenate([np.full(8, 0.3), [0.1, 0.2, 0.25, 0.15]])
-        for column, step in zip(slopes(problem, vector).T, 1e-6 * np.eye(12), strict=True):
+        for column, step in zip(quick_jacobian(problem, vector).T, 1e-6 * np.eye(12), strict=True):
             expected = (problem.residual(vector + step) - problem.residual(vector - step)) / 2e-6
             np.testing.assert_allclose(column, expected, atol=1e-6 * np.abs(expected).max())
 
@@ -215,7 +215,8 @@ def test_the_strength_is_found():
 
     def error(smooth):
         one = Problem(SPARROW, scan, smooth=smooth)
-        end = descend(one.residual, true, one.lower, one.upper, jacobian=lambda v: slopes(one, v), last_digits=False)
+        squares = LeastSquares(one.residual, one.lower, one.upper, jacobian=lambda v: quick_jacobian(one, v))
+        end = descend(squares, true, last_digits=False)
         return np.sqrt(np.mean((end.point / true - 1) ** 2))
 
     def strength(value):
@@ -272,7 +273,7 @@ def test_neighbours_are_no_partners_that_trade_off():
     solution = fit(Problem(SPARROW, scan, smooth={"sigma": ("wavelength", 1.0)}))
     spread = np.array([solution.uncertainties[f"sigma[{w}]"] for w in ("400", "443.487")])
     assert solution.dataset["covariance"].values[-6, -5] > 0.8 * spread.prod()
-    partners = {v.name: v.partners for v in verdicts(solution)}
+    partners = {v.name: v.partners for v in determinations(solution)}
     assert partners["ks[400]"]
     for name, others in partners.items():
         assert not [other for other in others if other.startswith("sigma") and other[5:] not in name]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gonio import Anneal, Problem
-from gonio.fitting import fit
+from gonio import Problem
+from gonio.fitting import Anneal, fit
 
 
 def problem_of(aluminium, **options):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from gonio import Geometry, Problem, catalogue, check
-from gonio.compare import curves, metrics_by_incidence, predict
+from gonio.comparison.metrics import curves, metrics_by_incidence
 from gonio.fitting import Anneal, fit
 from gonio.fitting.certainty import outliers
 from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective import blocks
-from gonio.fitting.objective import problem as problems
+from gonio.fitting.objective.blocks import in_blocks
+from gonio.fitting.objective.tangent import Tangent
 from gonio.fitting.search import bulk
-from gonio.fitting.search.descent import Tangent
 from gonio.measured import dataset, distinct
 from gonio.measured.coordinates import grid
 from gonio.measured.instrument import Instrument
@@ -58,7 +58,7 @@ def misfit(scan):
 @pytest.fixture
 def big(monkeypatch):
     """Some thousand points are very many, in several blocks."""
-    monkeypatch.setattr(problems, "MANY", 1000)
+    monkeypatch.setattr(blocks, "MANY", 1000)
     monkeypatch.setattr(bulk, "SAMPLE", 600)
     monkeypatch.setattr(outliers, "SAMPLE", 1500)
     monkeypatch.setattr(blocks, "SIZE", 256)
@@ -67,9 +67,9 @@ def big(monkeypatch):
 def both(monkeypatch, scan, model, covariance="robust", **options):
     """The problem and its solution all at once, and the same in blocks."""
     with monkeypatch.context() as patched:
-        patched.setattr(problems, "MANY", 10**9)
+        patched.setattr(blocks, "MANY", 10**9)
         small = Problem(catalogue[model], scan, **options)
-        assert small.bulk is None
+        assert in_blocks(small) is None
         expected = fit(small, covariance=covariance)
     return small, expected, fit(Problem(catalogue[model], scan, **options), covariance=covariance)
 
@@ -134,8 +134,8 @@ def test_channels_of_different_directions(big, monkeypatch):
     masked = mask(shuffled, floor=float(np.nanquantile(scan["brdf"].values, 0.1)))
     small, expected, found = both(monkeypatch, masked, "torrance-sparrow")
     assert_same(expected, found)
-    many = Problem(small.model, masked).bulk
-    rows = np.concatenate([sheet.rows for block in many.blocks for sheet in block.sheets])
+    many = in_blocks(Problem(small.model, masked))
+    rows = np.concatenate([points.rows for block in many.blocks for points in block.sets])
     assert sorted(rows.tolist()) == list(range(len(small.measured)))
     distinct_directions = sum(block.directions.z_i.size for block in many.blocks)
     assert distinct_directions < 0.5 * len(small.measured)  # 1/3 but for what is masked
@@ -155,11 +155,11 @@ def test_a_point_that_one_value_fits_alone(big, monkeypatch):
 def test_products_are_those_of_the_whole(big):
     """Residual and Jacobian in few rows have the products of the whole; curvature is that of differences."""
     problem = Problem(catalogue["ggx"], misfit(table("ggx")), weighting="log")
-    many = problem.bulk
+    many = in_blocks(problem)
     vector = np.array([1.1, 0.9, 0.6, 0.3, 0.25, 0.2, 0.35, 1.6, 0.6])
     whole = problem.residual(vector)
     assert many.residual(vector) @ many.residual(vector) == pytest.approx(whole @ whole, rel=1e-12)
-    from gonio.fitting.certainty.covariance import jacobian
+    from gonio.fitting.objective.slopes import jacobian
 
     slopes = jacobian(problem, vector)
     np.testing.assert_allclose(many.jacobian(vector).T @ many.residual(vector), slopes.T @ whole, rtol=1e-8)
@@ -176,15 +176,15 @@ def test_products_are_those_of_the_whole(big):
 
 def test_what_does_not_go_in_blocks(big):
     scan = table("torrance-sparrow")
-    of = lambda **options: Problem(catalogue["torrance-sparrow"], scan, **options).bulk  # noqa: E731
+    of = lambda **options: in_blocks(Problem(catalogue["torrance-sparrow"], scan, **options))  # noqa: E731
     assert of()
     assert of(loss="huber") is None
     assert of(grouped={"sigma": "channel"}) is None
     assert of(grouped={"kd": "phi"}) is None
     finite = scan.where(np.maximum(scan["theta_i"], scan["theta_r"]) < 80)
     inside = Problem(catalogue["lambert"], finite.assign(brdf=finite["brdf"].assign_attrs(units="sr-1")))
-    assert inside.bulk
-    assert replace(inside, instrument=Instrument(0.0, 1.0)).bulk is None
+    assert in_blocks(inside)
+    assert in_blocks(replace(inside, instrument=Instrument(0.0, 1.0))) is None
 
 
 def test_a_sample_stands_for_all(big):
@@ -218,7 +218,7 @@ def test_another_minimum_is_followed(big, monkeypatch):
             vector, float(points.residual(vector) @ points.residual(vector)), 0.0, False, 1
         ),
     )
-    found = bulk.search(problem, problem.bulk, lambda few: start)
+    found = bulk.search(problem, in_blocks(problem), lambda few: start)
     np.testing.assert_array_equal(found.vector, vector)
 
 
@@ -227,9 +227,9 @@ def test_newton_gives_way_to_a_search(big):
     problem = Problem(catalogue["torrance-sparrow"], misfit(table("torrance-sparrow")))
     best = fit(problem).vector(problem.names)
     far = np.where(np.arange(len(best)) < problem.n_weights, 0.0, 0.9)
-    end = bulk._minimum(problem, problem.bulk, far)
+    end = bulk._minimum(problem, in_blocks(problem), far)
     np.testing.assert_allclose(end.point, best, rtol=1e-7)
-    assert Tangent(problem.bulk.jacobian(end.point)).offset(problem.bulk.residual(end.point)) < 1e-9
+    assert Tangent(in_blocks(problem).jacobian(end.point)).offset(in_blocks(problem).residual(end.point)) < 1e-9
 
 
 def test_another_solver_has_the_same_covariance(big):
@@ -321,6 +321,6 @@ def test_curves_and_predictions_of_a_table(monkeypatch):
     assert order == sorted(order)
     assert metrics_by_incidence(scan, scan["brdf"].values) == {} or len(np.unique(scan["theta_i"].values)) <= 1000
     solution = fit(Problem(catalogue["torrance-sparrow"], scan))
-    whole = predict(catalogue["torrance-sparrow"], solution, scan)
-    monkeypatch.setattr("gonio.compare.TOGETHER", 1000)
-    np.testing.assert_array_equal(predict(catalogue["torrance-sparrow"], solution, scan), whole)
+    whole = solution.predict(scan)
+    monkeypatch.setattr("gonio.fitting.solution.TOGETHER", 1000)
+    np.testing.assert_array_equal(solution.predict(scan), whole)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gonio import Problem, Projection, catalogue, join, read, simulate
-from gonio.fitting import fit
+from gonio import Problem, catalogue, join, read, simulate
+from gonio.fitting import Projection, fit
 from gonio.fitting.search import projection
 from gonio.fitting.search.groups import assembled, common, parts, weights_couple
 from gonio.measured.dataset import make_scan, points

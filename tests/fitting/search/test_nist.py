@@ -11,7 +11,9 @@ import pytest
 from numpy import arctan, cos, exp, pi, sin
 
 from gonio.fitting.certainty.covariance import scaled
-from gonio.fitting.search.descent import Tangent, derivative, descend
+from gonio.fitting.objective.differences import derivative
+from gonio.fitting.objective.tangent import Tangent
+from gonio.fitting.search.descent import LeastSquares, descend
 from places import SHARED
 
 Values = npt.NDArray[np.float64]
@@ -130,7 +132,7 @@ def digits(found: Values, certified: Values) -> float:
 
 def solve(problem: Certified, start: int) -> tuple[float, float, int]:
     """Matching digits of values and of standard deviations, and evaluations; the same settings for every problem."""
-    end = descend(problem.residual, problem.starts[start])
+    end = descend(LeastSquares(problem.residual), problem.starts[start])
     spread = scaled(Tangent(derivative(problem.residual, end.point)), problem.residual(end.point))
     return digits(end.point, problem.values), digits(np.sqrt(np.diag(spread)), problem.deviations), end.evaluations
 
@@ -167,7 +169,7 @@ def test_units_do_not_matter(certified):
     """Data and values in other units, fifteen decades away, are solved to the same digits."""
     (problem,) = [p for p in certified if p.name == "Chwirut2"]
     for unit in (1e-15, 1e15):
-        end = descend(lambda b, unit=unit: unit * problem.residual(b * unit), problem.starts[0] / unit)
+        end = descend(LeastSquares(lambda b, unit=unit: unit * problem.residual(b * unit)), problem.starts[0] / unit)
         assert digits(end.point * unit, problem.values) >= BAR
 
 
@@ -175,8 +177,8 @@ def test_bounds_hold_what_presses_against_them(certified):
     """A bound short of the optimum is met exactly, and the other value is the optimum beside it."""
     (problem,) = [p for p in certified if p.name == "Misra1a"]
     upper = np.array([0.9 * problem.values[0], 1.0])
-    found = descend(problem.residual, np.array([100.0, 1e-3]), 0.0, upper)
-    held = descend(lambda b: problem.residual(np.array([upper[0], b[0]])), problem.starts[1][1:])
+    found = descend(LeastSquares(problem.residual, 0.0, upper), np.array([100.0, 1e-3]))
+    held = descend(LeastSquares(lambda b: problem.residual(np.array([upper[0], b[0]]))), problem.starts[1][1:])
     assert found.point[0] == upper[0]
     assert found.point[1] == pytest.approx(held.point[0], rel=1e-9)
     assert found.offset < 1e-9
@@ -194,7 +196,9 @@ def test_an_exact_derivative_is_used(certified):
         return np.stack([power, b[0] * power * np.log(problem.x)], axis=-1)
 
     np.testing.assert_allclose(derivative(problem.residual, problem.values), exact(problem.values), rtol=1e-11)
-    given, by_differences = (descend(problem.residual, problem.starts[0], jacobian=j) for j in (exact, None))
+    given, by_differences = (
+        descend(LeastSquares(problem.residual, jacobian=j), problem.starts[0]) for j in (exact, None)
+    )
     assert digits(given.point, problem.values) >= BAR
     assert given.evaluations < by_differences.evaluations
 
@@ -202,6 +206,6 @@ def test_an_exact_derivative_is_used(certified):
 def test_how_a_search_ends(certified):
     """Out of steps, and exactly at the data."""
     (problem,) = [p for p in certified if p.name == "MGH17"]
-    assert descend(problem.residual, problem.starts[0], max_steps=5).exhausted
-    there = descend(lambda b: b - 3.0, np.array([3.0, 3.0]))
+    assert descend(LeastSquares(problem.residual), problem.starts[0], max_steps=5).exhausted
+    there = descend(LeastSquares(lambda b: b - 3.0), np.array([3.0, 3.0]))
     assert (there.cost, there.offset, there.exhausted) == (0.0, 0.0, False)

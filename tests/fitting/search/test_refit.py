@@ -6,9 +6,10 @@ from scipy.optimize import approx_fprime
 
 from gonio import Problem, catalogue, simulate
 from gonio.fitting import fit
-from gonio.fitting.certainty.covariance import jacobian
-from gonio.fitting.search.descent import derivative, descend
-from gonio.fitting.search.refit import refit, slopes
+from gonio.fitting.objective.differences import derivative
+from gonio.fitting.objective.slopes import jacobian, quick_jacobian
+from gonio.fitting.search.descent import LeastSquares, descend
+from gonio.fitting.search.refit import refit
 
 TRUTH = {"ks": 0.5, "kdd": 8.0, "kid": 0.05, "sigma": 0.2, "gamma": 40.0}
 
@@ -28,7 +29,7 @@ def testslopes(problem):
     accurate = jacobian(problem, at)
     size = np.linalg.norm(accurate, axis=0)
     # a forward difference keeps half of the digits
-    np.testing.assert_allclose(slopes(problem, at) / size, accurate / size, atol=1e-6)
+    np.testing.assert_allclose(quick_jacobian(problem, at) / size, accurate / size, atol=1e-6)
     np.testing.assert_allclose(approx_fprime(at, problem.residual) / size, accurate / size, atol=1e-5)
 
 
@@ -63,7 +64,7 @@ def test_several_points_at_once_change_nothing():
         return b[..., :1] * np.exp(-b[..., 1:] * x) - y
 
     start, low, high = np.array([1.0, 0.5]), [0.0, 0.0], [10.0, 1.35]
-    one, several = (descend(residual, start, low, high, vectorised=flag) for flag in (False, True))
+    one, several = (descend(LeastSquares(residual, low, high, vectorised=flag), start) for flag in (False, True))
     np.testing.assert_array_equal(several.point, one.point)
     assert several.evaluations == one.evaluations
     at = np.array([2.0, 1.35])  # one value at its bound

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from stacks import LAMBERT, contents, means, write_stack
+from stacks import asked, contents, write_stack
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 
@@ -43,7 +43,7 @@ def stack(tmp_path):
 @pytest.fixture
 def undisturbed(stack, tmp_path):
     """What the store holds when every block is fitted in this process."""
-    run = prepare(LAMBERT, stack, tmp_path / "undisturbed.zarr", block=BLOCK, fit_many=means)
+    run = prepare(asked(stack, tmp_path / "undisturbed.zarr", block=BLOCK))
     run.begin()
     for block in run.todo:
         fit_block(run.job, block)
@@ -51,7 +51,7 @@ def undisturbed(stack, tmp_path):
 
 
 def prepared(stack, **settings):
-    return prepare(LAMBERT, stack, stack.with_name("out.zarr"), block=BLOCK, fit_many=means, settings=settings)
+    return prepare(asked(stack, stack.with_name("out.zarr"), block=BLOCK, settings=settings))
 
 
 def wait_for(condition):
@@ -176,7 +176,7 @@ def test_a_run_that_is_killed_goes_on_where_it_stopped(stack, undisturbed, tmp_p
         assert kept.items() <= there.items()  # what was written is still there, by whom it was
         kept = there
     assert len(kept) < LANES / BLOCK, "the run was killed too late to show anything"
-    run = prepare(LAMBERT, stack, out, block=BLOCK, fit_many=means, settings={"pause": pause})
+    run = prepare(asked(stack, out, block=BLOCK, settings={"pause": pause}))
     assert run.done == set(kept)
     for block in run.todo:
         fit_block(run.job, block)
@@ -194,7 +194,7 @@ def test_ctrl_c_leaves_a_run_that_goes_on(stack, undisturbed, tmp_path):
     _, errors = process.communicate(timeout=LONGEST)
     assert b"KeyboardInterrupt" in errors
     assert errors.count(b"Traceback") == 1, errors.decode()
-    run = prepare(LAMBERT, stack, out, block=BLOCK, fit_many=means, settings={"pause": 0.2})
+    run = prepare(asked(stack, out, block=BLOCK, settings={"pause": 0.2}))
     assert run.resumed
     assert 0 < len(run.done) < LANES / BLOCK
     for block in run.todo:
@@ -205,14 +205,15 @@ def test_ctrl_c_leaves_a_run_that_goes_on(stack, undisturbed, tmp_path):
 def test_a_run_from_python_tells_its_progress(cluster, stack, undisturbed, tmp_path):
     told = []
     address = cluster.client.scheduler.address
-    options = {"block": BLOCK, "fit_many": means, "scheduler": address, "progress": told.append}
-    found = fit_stack(LAMBERT, stack, tmp_path / "out.zarr", **options)
+    declared = asked(stack, tmp_path / "out.zarr", block=BLOCK)
+    options = {"scheduler": address, "progress": told.append}
+    found = fit_stack(declared, **options)
     assert told == sorted(told)
     assert len(told) == 10
     assert told[-1] == 1.0
     assert found["value"].shape == (LANES, 1)
     assert contents(tmp_path / "out.zarr") == undisturbed
-    fit_stack(LAMBERT, stack, tmp_path / "out.zarr", **options)
+    fit_stack(declared, **options)
     assert len(told) == 10
 
 

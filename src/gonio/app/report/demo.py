@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gonio.app.drawing import predictors
-from gonio.app.present import uncertain
+from gonio.app.output import uncertain
 from gonio.app.report import study as paper
-from gonio.app.report.study import COMPARED_AT, Study, Surface
-from gonio.compare import drop, parts
+from gonio.app.report.study import COMPARED_AT, Sample, Study
+from gonio.app.views.figures import predictors
+from gonio.comparison.ranking import drop
 from gonio.files import refuse_existing, replacing
 from gonio.fitting.search.solver import Progress
 from gonio.measured.dataset import flatten
-from gonio.plot.components import components
-from gonio.plot.convergence import convergence
-from gonio.plot.curves import curves
-from gonio.plot.error_bars import error_bars
-from gonio.plot.hemisphere import hemisphere
-from gonio.plot.residuals import residuals
-from gonio.plot.style import house_style
+from gonio.plotting.components import components
+from gonio.plotting.convergence import convergence
+from gonio.plotting.curves import curves
+from gonio.plotting.error_bars import error_bars
+from gonio.plotting.hemisphere import hemisphere
+from gonio.plotting.residuals import residuals
+from gonio.plotting.style import house_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,7 +106,7 @@ def _shape(study: Study) -> tuple[Sequence[str], Rows]:
     return ["sample", "constant", "printed", "fitted", "read from the half width"], rows
 
 
-def _fitted(surface: Surface, name: str) -> str:
+def _fitted(surface: Sample, name: str) -> str:
     return uncertain(surface.free.values[name], surface.free.uncertainties[name])
 
 
@@ -193,7 +193,7 @@ def _drawings(study: Study) -> dict[str, Draw]:
             components,
             scan,
             surface.model,
-            functools.partial(parts, surface.model, surface.free),
+            surface.free.components,
             title=f"{title}: the three components",
         )
     al, sr = study.surfaces[0], next(s for s in study.surfaces if s.constants.name == "SR107")
@@ -226,7 +226,7 @@ def _drawings(study: Study) -> dict[str, Draw]:
 _LABELS = {"torrance-sparrow": "T-S", "t-c": "T-C", "cauchy-lorentz": "Cauchy-Lorentz"}
 
 
-def _named(model: str, surface: Surface) -> str:
+def _named(model: str, surface: Sample) -> str:
     return surface.t_c if model == "t-c" else model
 
 

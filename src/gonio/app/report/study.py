@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.compare import Row, drop, rank
+from gonio.comparison import Row, compare
+from gonio.comparison.ranking import drop
 from gonio.fitting import Anneal, Problem, Projection, Solution, fit
 from gonio.fitting.search.solver import Progress
 from gonio.geometry import Geometry
@@ -30,7 +31,7 @@ T_C = {"Al": "wang-2016", "Cu": "wang-2016", "SR107": "liu-2016", "S781": "liu-2
 
 
 @dataclass(frozen=True)
-class Surface:
+class Sample:
     """One sample: its simulated scan, the fits of it and the models compared on it."""
 
     constants: Published
@@ -65,7 +66,7 @@ class Study:
     """All samples, and the printed tables recomputed."""
 
     seed: int
-    surfaces: Sequence[Surface]
+    surfaces: Sequence[Sample]
     printed: Mapping[str, Any]
 
 
@@ -79,7 +80,7 @@ def run(seed: int, progress: Progress) -> Study:
     return Study(seed, surfaces, _printed())
 
 
-def _surface(constants: Published, seed: int) -> Surface:
+def _surface(constants: Published, seed: int) -> Sample:
     model = catalogue[constants.model]
     ks = constants.values["ks"]
     assert isinstance(ks, Mapping)
@@ -99,7 +100,7 @@ def _surface(constants: Published, seed: int) -> Surface:
     as_paper = Problem(model, scan, held={"sigma": sigma, "gamma": gamma}, grouped=grouped)
     names = ["torrance-sparrow", T_C[constants.name], constants.model]
     readings = half_widths(scan)
-    return Surface(
+    return Sample(
         constants=constants,
         model=model,
         scan=scan,
@@ -109,7 +110,7 @@ def _surface(constants: Published, seed: int) -> Surface:
         free=fit(Problem(model, scan, grouped=grouped)),
         half_width=widest_angle(readings),
         half_width_with_floor=str(half_widths(scan, floor=0.0)[-1].status),
-        rows=rank(scan, [catalogue[n] for n in names], by="nrmse", held={"sigma": sigma}, grouped=grouped),
+        rows=compare(scan, [catalogue[n] for n in names], by="nrmse", held={"sigma": sigma}, grouped=grouped),
     )
 
 

@@ -20,7 +20,9 @@ Mask = npt.NDArray[np.bool_]
 
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
 TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
-STABLE = 1 / 3  # of the relative uncertainty of either part: a ratio or product that is determined although they are not
+STABLE = (
+    1 / 3
+)  # of the relative uncertainty of either part: a ratio or product that is determined although they are not
 NAMED = 4  # partners that a sentence names at most
 STEEP = 85.0  # deg: beyond, goniometers see little
 DIFFERENCE = 1e-6  # relative step of the derivative of a declared combination
@@ -76,9 +78,7 @@ class _Free:
         return dict(zip(self.names, self.values, strict=True))
 
 
-def determinations(
-    solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()
-) -> list[Determination]:
+def determinations(solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()) -> list[Determination]:
     """One for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
 
     A value whose profile was computed is said with what the data allow, which holds where the covariance does not.
@@ -102,7 +102,7 @@ def _determinations(solution: Solution, farthest: float) -> list[Determination]:
     out = []
     for k, name in enumerate(free.names):
         if at_bound[name]:
-            words = "at its bound: the data would have it beyond, or do not determine it"
+            words = "at its bound: the data would have it beyond, or do not tell it"
             out.append(Determination(name, False, np.nan, (), words))
         elif not known[k]:
             words = "not determined: no value fits better than another; hold it"

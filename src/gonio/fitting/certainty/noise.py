@@ -1,8 +1,8 @@
 """The noise of a scan, read from the residuals of a fit: how much of it is constant, and how much in proportion.
 
 The variance of a residual is a + b f^2, in units of the weighting, with f the modelled BRDF: a for noise that is
-constant, b for noise in proportion to the value. So neither a peak nor a tail looks wrong only because its noise differs.
-The residuals are those about a robust fit in the tangent plane: one derivative serves all its rounds.
+constant, b for noise in proportion to the value. So neither a peak nor a tail looks wrong only because its noise
+differs. The residuals are those about a robust fit in the tangent plane: one derivative serves all its rounds.
 """
 
 from typing import NamedTuple
@@ -80,7 +80,7 @@ class Noise(NamedTuple):
 
 
 def estimated(residual: Values, slopes: Values, kinds: Kinds) -> Noise:
-    """The noise of residuals (points,) with derivatives `slopes` (points, n): a robust fit, weights of Cauchy's loss."""
+    """The noise of residuals (points,) with derivatives `slopes` (points, n), by a fit under Cauchy's loss."""
     remaining, free, trust = residual, slopes.shape[1], np.ones_like(residual)
     for _ in range(ROBUST_ROUNDS):
         amounts, least = _amounts(remaining, kinds.variances)

@@ -1,8 +1,9 @@
 """Points that do not belong: studentised residuals, and whether it is rather the model that does not.
 
-A studentised residual is a residual over its own standard deviation, which the noise of the scan gives (`noise`). A point
-is far off where that is beyond what a clean scan of normal noise shows once in a hundred scans. Where neighbours err to
-the same side more often than by chance, the model lacks something, and a point that is far off may be no outlier.
+A studentised residual is a residual over its own standard deviation, which the noise of the scan gives (`noise`). A
+point is far off where that is beyond what a clean scan of normal noise shows once in a hundred scans. Where neighbours
+err to the same side more often than by chance, the model lacks something, and a point that is far off may be no
+outlier.
 """
 
 import math

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from gonio.fitting.certainty.covariance import estimator, tangent
-from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.differences import SMALLEST
+from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.tangent import Tangent
 from gonio.fitting.search.refit import refit
 from gonio.fitting.solution import Solution

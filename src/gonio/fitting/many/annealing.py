@@ -7,7 +7,18 @@ import jax
 import jax.numpy as jnp
 
 from gonio.fitting.many.layout import Layout
-from gonio.fitting.many.projection import LaneArrays, State, basis, begin, full, left, shape_values, summed, times, weighted
+from gonio.fitting.many.projection import (
+    LaneArrays,
+    State,
+    basis,
+    begin,
+    full,
+    left,
+    shape_values,
+    summed,
+    times,
+    weighted,
+)
 
 Array = jax.Array
 
@@ -41,7 +52,9 @@ class _Walk(NamedTuple):
 
 
 @functools.partial(jax.jit, static_argnames=("layout", "chains"))
-def annealed(layout: Layout, lanes: LaneArrays, keys: Array, schedule: Schedule, iterations: Array, chains: int) -> State:
+def annealed(
+    layout: Layout, lanes: LaneArrays, keys: Array, schedule: Schedule, iterations: Array, chains: int
+) -> State:
     """The best that any chain of each lane met, as the end of a search; `keys` are one a lane."""
     chained = LaneArrays(*lanes[:3], *(_chained(lanes, a, chains) for a in lanes[3:]))
     size, count = layout.n + layout.d, keys.shape[0] * chains

@@ -49,9 +49,9 @@ def fit_many(
         1e-6 and values that the data hardly determine by more. device: "cpu", "gpu", or what JAX prefers.
     block: lanes that are searched side by side; 0 takes what suits the device. Results do not depend on other lanes of
         a block but for rounding.
-    Returns a Dataset over the lane dimensions and `parameter`, as `Results.dataset` says; `solution` makes a Solution of
-    one lane. Raises ValueError where the stack is none, for settings that are none, without JAX, and for what only a fit
-    of one scan can do: instruments, smooth values, robust losses, logarithms.
+    Returns a Dataset over the lane dimensions and `parameter`, as `Results.dataset` says; `solution_of` makes a
+    Solution of one lane. Raises ValueError where the stack is none, for settings that are none, without JAX, and for
+    what only a fit of one scan can do: instruments, smooth values, robust losses, logarithms.
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.objective.problem import Entry, Problem
+from gonio.fitting.objective.entries import Entry
+from gonio.fitting.objective.problem import Problem
 from gonio.geometry import Geometry
 from gonio.measured.distinct import combined
 from gonio.model import Model, declarations

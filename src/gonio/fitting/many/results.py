@@ -122,16 +122,14 @@ def _marked(full: Values, unknown: Mask) -> Mask:
     return np.isinf(np.diagonal(full, axis1=1, axis2=2))
 
 
-def solution(lane: xr.Dataset, model: Model | None = None) -> Solution:
-    """The Solution of one lane of what `fit_many` gave: `solution(fits.isel(sample=3))`.
+def solution_of(lane: xr.Dataset, model: Model | None = None) -> Solution:
+    """The Solution of one lane of what `fit_many` gave: `solution_of(fits.isel(sample=3))`.
 
     Its history has no step; a systematic uncertainty is not known. The model is the one of that name in the catalogue,
     unless it is given. Raises ValueError where lanes are left, or for a model that the catalogue does not have.
     """
     if remaining := [str(d) for d in lane["value"].dims if d != "parameter"]:
-        raise ValueError(
-            f"there are many lanes along {', '.join(remaining)}: choose one, as by isel({remaining[0]}=0)"
-        )
+        raise ValueError(f"there are many lanes along {', '.join(remaining)}: choose one, as by isel({remaining[0]}=0)")
     columns = {name: lane[name].values for name in ("value", "at_bound", "held")}
     if "covariance" in lane:
         columns["covariance"] = lane["covariance"].values
@@ -152,5 +150,7 @@ def _of_catalogue(name: str) -> Model:
     from gonio.models import catalogue
 
     if name not in catalogue:
-        raise ValueError(f"these are fits of {name!r}, which the catalogue does not have: solution(lane, model) takes it")
+        raise ValueError(
+            f"these are fits of {name!r}, which the catalogue does not have: solution_of(lane, model) takes it"
+        )
     return catalogue[name]

@@ -202,7 +202,13 @@ class Runner:
         bound = (np.asarray(state.side) != 0).any(axis=0) | np.isin(np.asarray(state.unit), (0.0, 1.0)).any(axis=0)
         bound |= self.search.thorough and self.layout.d > 2
         edge = ended & bound[: len(block)] & (block.status == FITTED) & (block.crossed < self.search.projection.rounds)
-        if self.search.projection.line and self.layout.d and edge.any() and not self.search.anneal and self.start is None:
+        if (
+            self.search.projection.line
+            and self.layout.d
+            and edge.any()
+            and not self.search.anneal
+            and self.start is None
+        ):
             which = np.flatnonzero(edge)
             part = replace(block.part(which), crossed=block.crossed[which] + np.int8(1))
             self.edges[block.alike].append((part, _lanes_in(state, which)))
@@ -250,4 +256,3 @@ def _lanes_in(state: Any, which: npt.NDArray[np.intp]) -> Any:
 def _filled(state: Any) -> list[tuple[Values, float]]:
     """The arrays of a state with what fills them up: lanes of nothing are done."""
     return [(v, float(name == "done")) for name, v in zip(state._fields, state, strict=True)]
-

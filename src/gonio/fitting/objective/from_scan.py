@@ -45,7 +45,11 @@ def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Datas
     for name in CONSTANTS:
         if name in held or name in options.grouped or name in options.bounds:
             raise ValueError(f"--material holds {name}: leave it out of --hold, --group and --bound")
-    out = {"bounds": {**options.bounds, **dict.fromkeys(CONSTANTS, (0.0, math.inf))}, "material": "", "wavelength": None}
+    out = {
+        "bounds": {**options.bounds, **dict.fromkeys(CONSTANTS, (0.0, math.inf))},
+        "material": "",
+        "wavelength": None,
+    }
     if options.wavelength is not None or "wavelength" not in scan.coords:
         return out | {"held": held | constants_at(options.material, options.wavelength)}
     each = {group_label(w): constants(options.material, w) for w in np.unique(scan["wavelength"].values).tolist()}

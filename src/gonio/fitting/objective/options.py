@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.objective.loss import LOSSES
-from gonio.fitting.objective.smooth import Smooth, Smoothing
+from gonio.fitting.objective.smooth import Smoothing
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.measured.instrument import IDEAL, Instrument
 from gonio.options import Option, one_of
@@ -29,6 +29,9 @@ MaterialWavelength = Annotated[
 ]
 
 
+Weighting = Annotated[str, Option(one_of(WEIGHTINGS))]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProblemOptions:
     """The options of a Problem.
@@ -42,7 +45,8 @@ class ProblemOptions:
     smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
         holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
-    material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths, or
+    material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths,
+    or
         at `wavelength` [nm] where that is given.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
@@ -71,10 +75,8 @@ class ProblemOptions:
     ] = field(default_factory=dict)
     material: MaterialName = ""
     wavelength: MaterialWavelength = None
-    weighting: Annotated[str, Option(one_of(WEIGHTINGS))] = "uniform"
-    noise_floor: Annotated[
-        float, Option("relative weighting: the noise is constant below it", metavar="VALUE")
-    ] = 0.0
+    weighting: Weighting = "uniform"
+    noise_floor: Annotated[float, Option("relative weighting: the noise is constant below it", metavar="VALUE")] = 0.0
     loss: Annotated[str, Option(f"what a large error costs: {one_of(LOSSES)}")] = "squared"
     instrument: Instrument = IDEAL
     g1: Callable[[Values], Values] | None = None
@@ -96,6 +98,3 @@ class ProblemOptions:
     def given(self) -> dict[str, Any]:
         """Every option by name, as a Problem takes them."""
         return {f.name: getattr(self, f.name) for f in fields(ProblemOptions)}
-
-
-

@@ -1,7 +1,7 @@
 """A model and a scan become two functions of numbers alone, `design` and `residual`; a solver sees nothing else.
 
-A model is f = sum_k w_k t_k(shape), with weights w and terms t. At the points of a scan, for one shape, that is a matrix
-times the weights, the `design`. A fit makes the relative weighted squared error least (guo2023, eq 11):
+A model is f = sum_k w_k t_k(shape), with weights w and terms t. At the points of a scan, for one shape, that is a
+matrix times the weights, the `design`. A fit makes the relative weighted squared error least (guo2023, eq 11):
 
     E = sum g (f - m)^2 / sum g m^2,
 
@@ -177,7 +177,7 @@ class Problem(ProblemOptions):
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
     def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:
-        """The coordinates that tell the values of a parameter apart: those asked for, sets, and what it is smooth over."""
+        """The coordinates that group a parameter: those asked for, sets, and the one that it is smooth over."""
         by = self.grouped.get(name, ())
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
@@ -303,13 +303,13 @@ class Problem(ProblemOptions):
         return values
 
     def brdf(self, vector: Values) -> Values:
-        """The model at every point (..., points) as the instrument reads it, for a vector (..., n) of weights and shape."""
+        """The BRDF (..., points) as the instrument reads it, for vectors (..., n) of weights and shape."""
         matrix, fixed = self.design(vector[..., self.n_weights :])
         out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
         return out
 
     def residual(self, vector: Values) -> Values:
-        """Weighted difference of model and measurement, whose squared sum over `scale` is E (eq 11), then the penalty."""
+        """Weighted model less measurement, then the penalty: the squared sum over `scale` is E (eq 11) plus that."""
         difference = self.difference(self.brdf(vector))
         return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
 

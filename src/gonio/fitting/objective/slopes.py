@@ -1,7 +1,7 @@
 """How the residual of a problem changes with its values: by weights exactly, by shape parameters by differences.
 
-The BRDF is sum_k w_k t_k(shape), so its derivative by a weight w_k is the term t_k itself. The residual multiplies it by
-the root of each point's weight g; for logarithms it also divides by the BRDF, since d ln f = df / f.
+The BRDF is sum_k w_k t_k(shape), so its derivative by a weight w_k is the term t_k itself. The residual multiplies it
+by the root of each point's weight g; for logarithms it also divides by the BRDF, since d ln f = df / f.
 """
 
 import numpy as np

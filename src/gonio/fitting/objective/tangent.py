@@ -1,8 +1,8 @@
 """The tangent plane of a residual at a vector of values: what a search steps along and what uncertainties are made of.
 
 With J the derivative (points, values) of the residual r, the plane is spanned by the columns of J. Its singular value
-decomposition J D = U S V' (D scales the columns to unit length) gives an orthonormal basis U, and D V / S, the change of
-the values that moves the residual by each of its vectors. Then (J'J)^-1 = (D V / S)(D V / S)', without ever forming
+decomposition J D = U S V' (D scales the columns to unit length) gives an orthonormal basis U, and D V / S, the change
+of the values that moves the residual by each of its vectors. Then (J'J)^-1 = (D V / S)(D V / S)', without ever forming
 J'J, whose condition is the square of that of J.
 """
 

@@ -224,7 +224,10 @@ def _trust_region(
     So no unit decides when SciPy's absolute tolerance of the gradient ends it.
     """
     point, free = region.point, region.free
-    units, length = region.sizes[free], _squared(residual(point)) ** 0.5 or 1.0  # an exact fit leaves nothing to divide by
+    units, length = (
+        region.sizes[free],
+        _squared(residual(point)) ** 0.5 or 1.0,
+    )  # an exact fit leaves nothing to divide by
 
     def whole(part: Values) -> Values:
         return np.clip(replaced(point, free, part * units), region.lower, region.upper)
@@ -248,9 +251,7 @@ def _trust_region(
 def _reach(found: OptimizeResult, sizes: Values, free: Mask) -> Values:
     """The change of each value that would move the residual by its own length; zero for a value that is held."""
     with np.errstate(divide="ignore", over="ignore"):
-        return replaced(
-            np.zeros(len(free)), free, sizes[free] * np.sqrt(2 * found.cost / np.sum(found.jac**2, axis=0))
-        )
+        return replaced(np.zeros(len(free)), free, sizes[free] * np.sqrt(2 * found.cost / np.sum(found.jac**2, axis=0)))
 
 
 def _edges(residual: Function, point: Values, reach: Values, lower: Values, upper: Values) -> Values:

@@ -174,7 +174,9 @@ class Projection:
         return Optimum(end.point, float(history[-1]), end.exhausted, evaluations, history, rivals=rivals)
 
 
-FOR_MANY = Projection(grid=13, searches=0, max_steps=500, line=11, rounds=2)  # fewer trials a scan, where there are many
+FOR_MANY = Projection(
+    grid=13, searches=0, max_steps=500, line=11, rounds=2
+)  # fewer trials a scan, where there are many
 
 
 def _descend(reduced: Reduced, start: Values, max_steps: int) -> Descent:

@@ -1,7 +1,7 @@
 """How strongly parameters are held smooth, where a problem leaves that open: what predicts points left out best.
 
-For one strength, the error of each point in a fit without it is r_k / (1 - h_k) to first order, with the residual r_k of
-the fit with it and its leverage h_k (allen1974). The strength is chosen that makes their squared sum least.
+For one strength, the error of each point in a fit without it is r_k / (1 - h_k) to first order, with the residual r_k
+of the fit with it and its leverage h_k (allen1974). The strength is chosen that makes their squared sum least.
 """
 
 import math

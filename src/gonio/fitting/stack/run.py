@@ -7,7 +7,7 @@ import os
 import socket
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 import xarray as xr
 
 from gonio.files import refuse_existing, replacing
+from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.stack import store as lane_store
@@ -34,7 +35,8 @@ class StackFit:
     """What is to be fitted: a model to every lane of the stack in the store `stack`, into the store `out`.
 
     each: coordinates of sets, such as wavelength, of which each value is fitted for itself.
-    problem: the options of each lane's Problem; settings: what `fit_many` takes besides, solver and covariance among it.
+    problem: the options of each lane's Problem; settings: what `fit_many` takes besides, solver and covariance among
+    it.
     block: the most lanes of a block, which is what one task fits and what a crash loses.
     fit_many: another function than `fitting.fit_many`, which needs JAX.
     Raises ValueError for an option that reads one scan, of which a stack has many.
@@ -50,11 +52,10 @@ class StackFit:
     fit_many: FitMany | None = None
 
     def __post_init__(self) -> None:
-        for name, value in self.problem.held.items():
-            if isinstance(value, str):
-                raise ValueError(
-                    f"--hold {name}={value} reads one scan, and a stack has many: hold {name} at a number"
-                )
+        for name in [name for name, value in self.problem.held.items() if value == HALF_WIDTH]:
+            raise ValueError(
+                f"--hold {name}={HALF_WIDTH} reads one scan, and a stack has many: hold {name} at a number"
+            )
         for name in ("stack", "out"):
             object.__setattr__(self, name, Path(getattr(self, name)).absolute())
 

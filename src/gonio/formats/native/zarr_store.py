@@ -6,16 +6,16 @@ no settled type for texts. Chunks are compressed by zstd and summed by CRC-32C.
 
 import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from gonio.door.text import clip
-from gonio.door.zarr_chunks import METADATA, NAMES, Plan, check_chunks, plans
+from gonio.door.zarr_chunks import METADATA, NAMES, check_chunks, plans
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
-from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
+from gonio.measured.dataset import DIRECTIONS, SETS
+from gonio.measured.sound import faults, missing, pieces
 
 RESULTS = "manifest"  # the group that a store of fitted values has
 MOST_BYTES_IN_MEMORY = 33_554_432  # a store below this is read at once
@@ -37,7 +37,7 @@ def _read(path: Path) -> xr.Dataset:
     for plan in arrays:
         check_chunks(plan)
     scan = _opened(path, sum(plan.nbytes for plan in arrays) <= MOST_BYTES_IN_MEMORY)
-    _check(path, scan, {plan.name: plan for plan in arrays})
+    _check(path, scan)
     return scan
 
 
@@ -73,56 +73,22 @@ def _tidied(scan: xr.Dataset, name: str) -> xr.Dataset:
     return scan.assign({name: (variable.dims, np.array(texts, dtype=str)[index], attrs)})
 
 
-def _check(path: Path, scan: xr.Dataset, arrays: dict[str, Plan]) -> None:
+def _check(path: Path, scan: xr.Dataset) -> None:
     """What a scan must be; big arrays are looked at piece by piece."""
-    if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
-        what = f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
+    if lacking := missing(scan):
+        what = f"has no {lacking}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
         raise FormatError(path, what, f"{METADATA}, line 1")
-
-    def expect(name: str, holds: bool, what: str) -> None:
-        if not holds:
-            raise FormatError(path, what, f"{name}/{METADATA}, line 1")
-
-    for name in ("brdf", *(n for n in ("uncertainty", *DIRECTIONS, "wavelength") if n in scan.variables)):
-        variable = scan[name]
-        expect(name, variable.dtype.kind in "fiu", f"{name} is no array of numbers")
-        expect(name, set(variable.dims) <= set(scan["brdf"].dims), f"{name} has dimensions that brdf has not")
-    expect("brdf", scan["brdf"].attrs.get("units") in (ABSOLUTE, RELATIVE), "brdf has no unit sr-1 or a.u.")
-    for name in DIRECTIONS:
-        if name in scan.variables:
-            most = 180.0 if "direction" not in scan["brdf"].dims else HORIZON
-            _range(path, scan, name, (0.0, most) if name.startswith("theta") else (-np.inf, np.inf))
-    if "wavelength" in scan.variables:
-        wavelength = scan["wavelength"].values
-        good = bool((np.isfinite(wavelength) & (wavelength > 0)).all())
-        expect("wavelength", good, "a wavelength is not finite and positive")
-    seen = _finite(path, scan)
-    expect("brdf", seen, "every brdf value is zero or missing")
-    del arrays
-
-
-def _pieces(variable: xr.DataArray) -> Any:
-    """The values along the first dimension, so many at a time as a chunk holds."""
-    if not variable.ndim:
-        yield variable.values
-        return
-    rows = max(1, VALUES_OF_CHUNK // max(1, variable.size // max(1, variable.shape[0])))
-    for start in range(0, variable.shape[0], rows):
-        yield variable[start : start + rows].values
-
-
-def _range(path: Path, scan: xr.Dataset, name: str, limits: tuple[float, float]) -> None:
-    for piece in _pieces(scan[name]):
-        inside = np.isfinite(piece) & (piece >= limits[0]) & (piece <= limits[1])
-        if not inside.all():
-            bad = piece[~inside].flat[0]
-            raise FormatError(path, f"{name} holds {bad:g}, which is no such angle [deg]", f"{name}/c, byte 0")
+    for name, what in faults(scan):
+        place = "c, byte 0" if what.startswith("holds") else f"{METADATA}, line 1"
+        raise FormatError(path, f"{name} {what}", f"{name}/{place}")
+    if not _finite(path, scan):
+        raise FormatError(path, "every brdf value is zero or missing", f"brdf/{METADATA}, line 1")
 
 
 def _finite(path: Path, scan: xr.Dataset) -> bool:
     """Whether any value is other than zero; FormatError for an infinite one."""
     seen = False
-    for piece in _pieces(scan["brdf"]):
+    for piece in pieces(scan["brdf"]):
         if np.isinf(piece).any():
             raise FormatError(path, "brdf holds an infinite value", "brdf/c, byte 0")
         seen = seen or bool(np.any(np.nan_to_num(piece)))

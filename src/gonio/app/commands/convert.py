@@ -1,0 +1,81 @@
+"""`gonio convert`: a file written in another format, and the error that this costs."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gonio import Problem, catalogue, convert, fit, read, resample
+from gonio.app import arguments
+from gonio.app.options import OutputOptions, Scan, ScanOptions, To
+from gonio.app.views import conversion
+from gonio.fitting.objective.options import Weighting
+from gonio.measured.dataset import add_history, directions
+from gonio.options import Option
+from gonio.resampling.conversion import in_words
+from gonio.resampling.difference import difference
+from gonio.resampling.resample import SYMMETRIES, Filling
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SYMMETRY = "symmetry"  # all of SYMMETRIES
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResamplingOptions:
+    """At which directions a scan is taken, and what may stand where it has no value."""
+
+    onto: Annotated[Path | None, Option("resample onto the directions of this file first", metavar="FILE")] = None
+    impose: Annotated[str, Option("reciprocity, bilateral: means over images", metavar="A,B")] = ""
+    fill: Annotated[str, Option("what may stand in gaps; several by commas", metavar="symmetry|MODEL")] = ""
+    weighting: Weighting = "uniform"
+
+    def steps(self, data: "xr.Dataset") -> dict[str, Any]:
+        """What `resample` and `convert` are asked."""
+        return {"impose": arguments.listed(self.impose), "filling": self._filling(data)}
+
+    def _filling(self, data: "xr.Dataset") -> Filling | None:
+        """What may stand in gaps: symmetries by name, and a model, which is fitted to the data first."""
+        named = arguments.listed(self.fill)
+        if not named:
+            return None
+        symmetries = tuple(s for s in SYMMETRIES if s in named or SYMMETRY in named)
+        models = [n for n in named if n not in (*SYMMETRIES, SYMMETRY)]
+        if len(models) > 1:
+            raise ValueError(f"--fill names {len(models)} models, {' and '.join(models)}: one fills the gaps")
+        if not models:
+            return Filling(symmetries)
+        solution = fit(Problem(catalogue[models[0]], data, weighting=self.weighting))
+        values = ", ".join(f"{k} {v:.6g}" for k, v in solution.values.items())
+        words = f"{models[0]} fitted with {self.weighting} weighting ({values}; {solution.status})"
+        return Filling(symmetries, partial(_predicted, solution), words)
+
+    def onto_file(self, data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":
+        """The data at the directions of another file, the error of that in the history."""
+        resampled = resample(data, directions(read(path)), **steps)
+        error = in_words(difference(resampled, data))
+        return add_history(resampled, f"at the directions of {path.name}: {error}")
+
+
+def _predicted(solution: Any, points: "xr.Dataset") -> Any:
+    return solution.predict(points)
+
+
+def command(
+    scan: Scan,
+    out: Annotated[Path, typer.Argument(help="the file to write", show_default=False)],
+    resampling: ResamplingOptions,
+    used: ScanOptions,
+    output: OutputOptions,
+    to: To = "",
+) -> None:
+    """Write a file in another format; the error that this cost is printed and kept in the history."""
+    data = used.read(scan, findings=False)
+    steps, ready = resampling.steps(data), data
+    if resampling.onto is not None:
+        ready, steps = resampling.onto_file(data, resampling.onto, steps), {}
+    done = convert(ready, out, to, force=output.force, **steps)
+    output.show(conversion.record(done), conversion.lines(done, since=data))

@@ -1,0 +1,21 @@
+"""`gonio demo`: the paper's study as one page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gonio.app.options import Force
+from gonio.app.output import console, progress_bar
+from gonio.app.report.demo import write_demo
+
+
+def command(
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="where the page and the tables go")] = "demo",
+    seed: Annotated[int, typer.Option("--seed", help="seed of the random numbers")] = 2023,
+    force: Force = False,
+) -> None:
+    """Run the paper's study and write it as one page."""
+    with progress_bar("the paper's study") as progress:
+        page = write_demo(Path(out), seed=seed, force=force, progress=progress)
+    console().print(f"wrote {page}")

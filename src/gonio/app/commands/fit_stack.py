@@ -1,0 +1,122 @@
+"""`gonio fit-stack`: one model fitted to every scan of a stack, on all cores or on a cluster."""
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gonio import catalogue
+from gonio.app.options import ModelName, OutputOptions
+from gonio.app.output import progress_bar
+from gonio.app.views import stack_report
+from gonio.files import refuse_existing
+from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
+from gonio.fitting.objective.options import ProblemOptions
+from gonio.fitting.search.projection import FOR_MANY
+from gonio.fitting.search.solvers import SearchOptions
+from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
+from gonio.options import Option, one_of
+
+if TYPE_CHECKING:
+    from gonio.fitting.stack.run import Run
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClusterOptions:
+    """Which processes fit the blocks, and on what."""
+
+    precision: Annotated[str, Option("float64 or float32")] = "float64"
+    device: Annotated[str, Option("cpu or gpu; without it the one that JAX prefers", metavar="NAME")] = ""
+    block: Annotated[int, Option("the most scans of a task, which is what a crash costs", metavar="N")] = LANES_OF_BLOCK
+    workers: Annotated[int, Option("processes of one thread each; 0: one a core, one in all for gpu", metavar="N")] = 0
+    scheduler: Annotated[str, Option("a Dask scheduler with workers of its own", metavar="tcp://..")] = ""
+
+    @property
+    def processes(self) -> int:
+        """How many workers to start, 0 for one a core; one in all on a device whose memory they could not share."""
+        alone = self.device not in ("", "cpu") and not self.scheduler
+        return self.workers or int(alone)
+
+
+def command(
+    stack: Annotated[
+        Path,
+        typer.Argument(metavar="STACK.zarr", help="scans side by side in a Zarr store", show_default=False),
+    ],
+    model: ModelName,
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="OUT.zarr", help="where the results and the manifest go", show_default=False),
+    ],
+    problem: ProblemOptions,
+    search: SearchOptions,
+    cluster: ClusterOptions,
+    output: OutputOptions,
+    each: Annotated[
+        list[str],
+        typer.Option("--each", metavar="COORD", help="fit each value for itself, as in wavelength, not jointly"),
+    ] = [],  # noqa: B006 - typer reads the default and never changes it
+    covariance: Annotated[str, typer.Option("--covariance", help=one_of(COVARIANCES))] = DEFAULT,
+) -> None:
+    """Fit one model to every scan of a stack, on all cores or on a cluster; a run that was ended goes on.
+
+    STACK.zarr holds brdf over directions (and sets fitted jointly, such as channel) and over any other dimensions:
+    sample, x, y. Each place along these is one fit, with its own values, uncertainties and status in OUT.zarr, which
+    xarray.open_zarr opens.
+
+    Scans are fitted in blocks, and a manifest in OUT.zarr says which are written. After Ctrl-C, a crash or a power cut
+    the same command goes on with the others; with other options it is refused, unless --force starts anew.
+
+    Without --scheduler the workers are processes on this machine. Those of a scheduler need gonio and the same paths.
+
+    Example: gonio fit-stack wafers.zarr --model ggx --group ks=theta_i --out fits.zarr
+    """
+    if output.json not in ("", "-"):
+        refuse_existing(Path(output.json), output.force)
+    settings: dict[str, Any] = {"covariance": covariance, "precision": cluster.precision, "device": cluster.device}
+    settings["solver"] = search.chosen(FOR_MANY)
+    asked = StackFit(catalogue[model], stack, out, tuple(each), problem, settings, cluster.block)
+    run = prepare(asked, output.force)
+    seconds = _fitted(run, cluster, output.force) if run.todo else 0.0
+    record = stack_report.record(run, stack, out, seconds)
+    output.show(record, stack_report.lines(record))
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
+    """Fit the blocks that are not written yet, and tell of it; how long that took [s] with the workers there."""
+    from gonio.fitting.stack.cluster import connected, fit_blocks
+
+    blocks = run.job.blocks
+    done = sum(map(blocks.size, run.done))
+    if run.resumed:
+        _tell(f"resuming: {len(run.done)} of {len(blocks)} blocks are there")
+    try:
+        progress = progress_bar(f"fitting {run.job.asked.model.name}")
+        with connected(asked.scheduler, asked.processes, run.job.modules) as cluster, progress as bar:
+            _tell(_where(cluster))
+            started = time.perf_counter()
+            bar(done / blocks.lanes)
+            for record in fit_blocks(cluster.client, run):
+                done += record.lanes
+                bar(done / blocks.lanes)
+            return time.perf_counter() - started
+    except KeyboardInterrupt:
+        there, same = len(run.manifest.written()), "the same command" + " without --force" * force
+        _tell(f"stopped: {there} of {len(blocks)} blocks are there, and {same} goes on with the others")
+        raise typer.Exit(130) from None
+
+
+def _where(cluster: Any) -> str:
+    """Who fits, and where to watch it."""
+    threads = cluster.client.nthreads()
+    who = f"{len(threads)} worker{'s' * (len(threads) != 1)}" + (" on this machine" if cluster.is_local else "")
+    if cluster.dashboard:
+        return f"{who}; dashboard at {cluster.dashboard}"
+    return f"{who}; no dashboard, which needs bokeh: pip install 'gonio[cluster]'"

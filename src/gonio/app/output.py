@@ -1,0 +1,111 @@
+"""What people and programs see: tables, progress bars and JSON."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gonio.files import replacing
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+LEVEL = 0.95  # of the intervals that are shown
+
+
+def console() -> "Console":
+    from rich.console import Console
+
+    return Console(highlight=False)
+
+
+class Plain(str):
+    """Text that is printed as it is, however long: a path, a licence."""
+
+
+def show(part: Any) -> None:
+    """Print a table, a sentence with markup, or a Plain text."""
+    if isinstance(part, Plain):
+        print(part)
+    else:
+        console().print(part)
+
+
+def emit_json(data: Any, target: str, force: bool = False) -> None:
+    """Write plain data as JSON to a file, or to standard output for `-`; NaN and infinities become null."""
+    text = json.dumps(without_infinities(data), indent=2, ensure_ascii=False, allow_nan=False)
+    if target == "-":
+        sys.stdout.write(text + "\n")
+        return
+    with replacing(Path(target), force) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def finite(value: float) -> float | None:
+    """For JSON, which has neither NaN nor infinity."""
+    return value if math.isfinite(value) else None
+
+
+def without_infinities(data: Any) -> Any:
+    """The same plain data with NaN and infinities as None."""
+    if isinstance(data, Mapping):
+        return {key: without_infinities(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [without_infinities(value) for value in data]
+    return finite(data) if isinstance(data, float) else data
+
+
+@contextmanager
+def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
+    """A bar on standard error while work goes on, drawn only where a person looks at a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    terminal = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+        task = bar.add_task(description, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)
+
+
+def uncertain(value: float, uncertainty: float, systematic: float = math.nan) -> str:
+    """A value with as many digits as its standard uncertainty gives sense to: two of the uncertainty's own.
+
+    The systematic part follows where there is one.
+    """
+    if math.isnan(uncertainty):
+        return f"{value:.6g} (held)"
+    if not math.isfinite(uncertainty):
+        return f"{value:.4g} (not determined)"
+    parts = [value, uncertainty] + [systematic] * (not math.isnan(systematic))
+    if uncertainty <= 0 or (value == 0 and uncertainty < 1e-300):
+        return " ± ".join([f"{value:.6g}", "0", *(f"{part:.2g}" for part in parts[2:])])
+    digits = max(1 - math.floor(math.log10(uncertainty)), 0)
+    if digits > 6 or max(map(abs, parts)) >= 1e7:
+        return " ± ".join([f"{value:.4e}", *(f"{part:.1e}" for part in parts[1:])])
+    return " ± ".join(f"{part:.{digits}f}" for part in parts)
+
+
+def table(*headings: str, title: str = "", left: int = 1) -> "Table":
+    """A table of one line a row; the first `left` columns are text, the others numbers."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    out = Table(
+        title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False, padding=0
+    )
+    for k, heading in enumerate(headings):
+        out.add_column(escape(heading), justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
+    return out
+
+
+def figure(value: float) -> str:
+    """Three significant digits, or a dash for a figure that the data do not allow."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e+")

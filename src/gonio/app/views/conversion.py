@@ -1,0 +1,41 @@
+"""What became of a scan on its way into a file, as plain data and for people."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+
+from gonio.resampling.conversion import Conversion, in_words
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def record(done: Conversion) -> dict[str, Any]:
+    """A conversion as plain data."""
+    error = done.error
+    return {
+        "file": str(done.path),
+        "format": done.format.name,
+        "values": int(done.scan["brdf"].size),
+        "left_out": list(done.left_out),
+        "history": done.scan.attrs["history"].splitlines(),
+        "error": {
+            "rms": error.rms,
+            "rms_steep": error.rms_steep,
+            "bias": error.bias,
+            "largest": error.largest,
+            "where": error.where,
+            "lost": error.missing,
+        },
+    }
+
+
+def lines(done: Conversion, since: "xr.Dataset") -> Iterator[str]:
+    """The same for people, with what the history of the data says more than that of `since`."""
+    yield f"wrote {done.path} as {done.format.title}, {done.scan['brdf'].size} values"
+    for line in done.left_out:
+        yield f"left out: {line}"
+    for line in done.scan.attrs["history"].splitlines()[len(since.attrs["history"].splitlines()) :]:
+        yield escape(line)
+    yield f"as the file reads now: {in_words(done.error)}"

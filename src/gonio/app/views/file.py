@@ -1,0 +1,142 @@
+"""What a file holds, what is wrong with it, and the half widths that can be read from it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gonio.app.output import table, uncertain
+from gonio.formats import read, recognise
+from gonio.measured import dataset
+from gonio.measured.check import check
+from gonio.measured.half_width import half_widths
+from gonio.measured.stack import foreign_dims
+from gonio.units import unit_label
+
+MOST_LINES = 40  # of a file's own remarks
+MOST_POINTS = 100_000  # of a scan whose curves are read for their half widths
+
+
+def describe(path: Path) -> dict[str, Any]:
+    """A scan's format, quantity, grid and findings as plain data."""
+    scan, found = read(path), recognise(path)
+    flat = dataset.flatten(scan)
+    used = dataset.in_use(flat)
+    few = flat.sizes["direction"] <= MOST_POINTS and not foreign_dims(scan)
+    in_plane = bool(dataset.is_in_plane(flat).all())
+    return {
+        "file": str(path),
+        "format": found.title,
+        "name": found.name,
+        "quantity": _quantity(scan),
+        "stored": scan.attrs.get("stored", ""),
+        "unit": scan["brdf"].attrs.get("units", ""),
+        "points": int(flat.sizes["direction"]),
+        "points_in_use": int(used.sum()),
+        "grid": {str(d): n for d, n in scan["brdf"].sizes.items() if d != "direction"},
+        "lanes": list(foreign_dims(scan)),
+        "theta_i": _distinct(flat, "theta_i"),
+        "theta_r": _range(dataset.signed_theta_r(flat) if in_plane else flat["theta_r"].values),
+        "phi_i": _distinct(scan, "phi_i"),
+        "wavelengths": _distinct(scan, "wavelength"),
+        "channels": _distinct(scan, "channel"),
+        "symmetry": _symmetry(scan, in_plane),
+        "uncertainty": "uncertainty" in flat,
+        "provenance": flat.attrs.get("provenance", "").splitlines(),
+        "history": flat.attrs.get("history", "").splitlines(),
+        "checks": [
+            {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
+        ],
+        "half_widths": _half_widths(flat) if few else [],
+    }
+
+
+def _quantity(scan: xr.Dataset) -> str:
+    """What the values are: the reader's own word, else by the modes and the unit."""
+    if "quantity" in scan.attrs:
+        return str(scan.attrs["quantity"])
+    modes = _distinct(scan, "mode")
+    name = "BSDF" if len(modes) > 1 else "BTDF" if modes == ["transmission"] else "BRDF"
+    mueller = "Mueller " if "mueller" in scan else ""
+    return f"relative {name}" if scan["brdf"].attrs.get("units") == dataset.RELATIVE else f"{mueller}{name}"
+
+
+def _symmetry(scan: xr.Dataset, in_plane: bool) -> str:
+    if in_plane:
+        return "in plane"
+    turned = len(_distinct(scan, "phi_i")) > 1
+    return str(scan.attrs.get("symmetry") or ("surface turned" if turned else "all azimuths"))
+
+
+def _distinct(scan: xr.Dataset, name: str) -> list[Any]:
+    return np.unique(_rounded(scan[name].values)).tolist() if name in scan.coords else []
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Angles that a change of coordinates moved by rounding are one."""
+    return values.round(9) + 0.0 if values.dtype.kind == "f" else values
+
+
+def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
+    names = ("curve", "gamma", "uncertainty", "floor")
+    return [{n: getattr(h, n) for n in names} | {"status": str(h.status)} for h in half_widths(flat)]
+
+
+def _range(values: np.ndarray) -> list[float]:
+    return [round(float(values.min()), 9) + 0.0, round(float(values.max()), 9) + 0.0]
+
+
+def lines(record: dict[str, Any]) -> Iterator[Any]:
+    """The same for people."""
+    yield f"[bold]{record['file']}[/bold]: {record['format']}, {record['quantity']} \\[{unit_label(record['unit'])}]"
+    low, high = record["theta_r"]
+    facts = table("", "", left=2)
+    facts.show_header = False
+    facts.columns[1].no_wrap = False
+    facts.add_row("points", f"{record['points']}, {record['points_in_use']} in use, {record['symmetry']}")
+    sizes = [f"{name} {size}" for name, size in record["grid"].items() if name not in record["lanes"]]
+    for name, parts in (("scans", [f"{n} {record['grid'][n]}" for n in record["lanes"]]), ("grid", sizes)):
+        if parts:
+            facts.add_row(name, " x ".join(parts))
+    if record["stored"]:
+        facts.add_row("stored as", _escaped(record["stored"]))
+    facts.add_row("theta_i", _listed(record["theta_i"], "deg"))
+    facts.add_row("theta_r", f"{low:g} to {high:g} deg")
+    if record["phi_i"]:
+        facts.add_row("surface turned to", _listed(record["phi_i"], "deg"))
+    for name, unit in (("wavelengths", "nm"), ("channels", "")):
+        if record[name]:
+            facts.add_row(name, _listed(record[name], unit))
+    facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
+    yield facts
+    for line in record["provenance"][:MOST_LINES]:
+        yield f"[dim]# {_escaped(line)}[/dim]"
+    if len(record["provenance"]) > MOST_LINES:
+        yield f"[dim]# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all[/dim]"
+    for finding in record["checks"]:
+        where = f" ({finding['where']})" if finding["where"] else ""
+        yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
+    if not record["checks"]:
+        yield "nothing wrong was found"
+    if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
+        widths = table("curve", "half width [deg]", "backscatter side", left=1)
+        widths.columns[2].justify = "left"
+        for h in record["half_widths"]:
+            width = uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"
+            widths.add_row(h["curve"], width, h["status"])
+        yield widths
+
+
+def _listed(values: list[Any], unit: str, most: int = 12) -> str:
+    texts = [f"{v:g}" if isinstance(v, float) else str(v) for v in values]
+    if len(texts) > most:
+        return f"{len(texts)} values, {texts[0]} to {texts[-1]} {unit}".strip()
+    return f"{', '.join(texts)} {unit}".strip()
+
+
+def _escaped(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)

@@ -1,0 +1,150 @@
+"""`gonio check`: the plausibility of a model, a scan or a fit, whichever the name turns out to be."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gonio.app.output import figure
+from gonio.fitting import Solution
+from gonio.formats import read
+from gonio.geometry import Geometry
+from gonio.measured import dataset
+from gonio.model import Model
+from gonio.models import catalogue
+from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity
+from gonio.sampling import hemispherical_reflectance
+
+Checked = Mapping[str, list[Verdict]]
+Values = npt.NDArray[np.float64]
+
+
+def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked:
+    """Verdicts by what was checked: each term of a model, or the whole of it; a scan; each set of a fit.
+
+    `values` are a model's weights and shape; without a weight every term is checked alone, at weight 1. With `samples`
+    a model's reflectance comes from as many drawn directions at each incidence angle instead of quadrature.
+    Raises KeyError for a name that is neither a file nor a model.
+    """
+    path = Path(target)
+    if path.exists():
+        if values or samples:
+            raise ValueError(
+                "--set, --material and --samples belong to a model; a scan and a fit have their own values"
+            )
+        solution = _solution(path)
+        return {path.name: of_scan(read(path))} if solution is None else _of_solution(path, solution)
+    return _of_model(catalogue[target], values, samples)
+
+
+def _solution(path: Path) -> Solution | None:
+    """The fit in a file that `gonio fit --out` wrote; None where the file is something else."""
+    try:
+        return Solution.load(path)
+    except (ValueError, KeyError, TypeError, OSError):
+        return None
+
+
+def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checked:
+    if any(name in model.weights for name in values):
+        whole = {model.name: (dict(values), dataset.ABSOLUTE)}
+    else:
+        whole = {
+            f"{model.name}, {weight} = 1": (
+                {weight: 1.0, **values},
+                dataset.ABSOLUTE if model.term_unit(weight) == "sr-1" else "",
+            )
+            for weight in model.weights
+        }
+    out = {}
+    for name, (chosen, unit) in whole.items():
+        laws = _laws(partial(_evaluate, model, chosen), "" if samples else unit)
+        out[name] = [*laws[:-1], _sampled_energy(model, chosen, samples)] if samples and unit else laws
+    return out
+
+
+def _sampled_energy(model: Model, values: Mapping[str, float], samples: int) -> Verdict:
+    """The white furnace by Monte Carlo: violated where a reflectance is above 1 by more than four standard errors."""
+    found = {a: hemispherical_reflectance(model, values, a, n=samples) for a in FURNACE_ANGLES}
+    worst = max(found, key=lambda a: found[a].value)
+    figures = {f"DHR({a:g})": e.value for a, e in found.items()}
+    beyond = found[worst].value - 1 > max(4 * found[worst].standard_error, QUADRATURE)
+    errors = max(e.standard_error for e in found.values())
+    why = f"{samples} directions an angle, standard error up to {errors:.2g}"
+    return Verdict("energy", not beyond, figures, f"theta_i {worst:g} deg", why)
+
+
+def _of_solution(path: Path, solution: Solution) -> Checked:
+    """A fit is known at the incidence angles that its groups name, for each channel or wavelength of its own."""
+    model, unit = solution.model, solution.unit
+    found: dict[str, set[str]] = {}
+    for by, group in zip(solution.dataset["by"].values, solution.dataset["group"].values, strict=True):
+        for coordinate, label in zip(str(by).split(","), str(group).split(","), strict=True):
+            found.setdefault(coordinate, set()).add(label)
+    angles = sorted(map(float, found["theta_i"])) if "theta_i" in found else None
+    sets: list[dict[str, Any]] = [{}]
+    for coordinate in (c for c in dataset.SETS if c in found):
+        sets = [one | {coordinate: label} for one in sets for label in sorted(found[coordinate])]
+    out = {}
+    for one in sets:
+        brdf = partial(_fitted, model, solution, one)
+        name = ", ".join([path.name, *(f"{k} {v}" for k, v in one.items())])
+        out[name] = _laws(brdf, unit, angles)
+    return out
+
+
+def _fitted(model: Model, solution: Solution, one: Mapping[str, str], geometry: Geometry) -> Values:
+    """The fit at any directions: a weight that is grouped by incidence angle is looked up by theta_i."""
+    theta_i = np.round(np.ravel(geometry.theta_i_deg), 6)
+    zeros = np.zeros(theta_i.shape)
+    labels = {name: np.full(theta_i.shape, label) for name, label in one.items()}
+    if "wavelength" in labels:
+        labels["wavelength"] = labels["wavelength"].astype(float)
+    points = dataset.make_scan(theta_i, zeros, zeros, zeros, coordinates=labels)
+    shape = np.shape(geometry.theta_i_deg)
+    values = {k: np.reshape(v, shape) if np.ndim(v) else v for k, v in solution.at(points).items()}
+    return np.asarray(model(geometry, values))
+
+
+def _evaluate(model: Model, values: Mapping[str, float], geometry: Geometry) -> Any:
+    return model(geometry, values)
+
+
+def _laws(brdf: Any, unit: str, theta_i: list[float] | None = None) -> list[Verdict]:
+    if unit:
+        last = energy(brdf, unit, theta_i)
+    else:
+        last = Verdict("energy", None, {}, "", "the term is not normalised: its weight is no reflectance")
+    return [positivity(brdf, theta_i), reciprocity(brdf, theta_i), last]
+
+
+def record(checked: Checked) -> list[dict[str, Any]]:
+    """The verdicts as plain data."""
+    return [
+        {"checked": name, "law": v.law, "holds": v.holds, "figures": v.figures, "where": v.where, "why": v.why}
+        for name, verdicts in checked.items()
+        for v in verdicts
+    ]
+
+
+def lines(checked: Checked) -> Any:
+    """The verdicts for people."""
+    words = {True: "holds", False: "[bold red]violated[/bold red]", None: "not told"}
+    for name, verdicts in checked.items():
+        yield f"[bold]{name}[/bold]"
+        for v in verdicts:
+            figures = _figures(v)
+            where = f" at {v.where}" if v.where and v.holds is not True else ""
+            detail = "; ".join(part for part in (figures + where, v.why) if part)
+            yield f"  {v.law}: {words[v.holds]}{': ' + detail if detail else ''}"
+
+
+def _figures(verdict: Verdict) -> str:
+    """The figures of a verdict in a few words; the reflectances as their range."""
+    if verdict.law == "energy" and verdict.figures:
+        least, most = min(verdict.figures.values()), max(verdict.figures.values())
+        return f"directional-hemispherical reflectance {figure(least)} to {figure(most)}"
+    return ", ".join(f"{key} {value:.3g}" for key, value in verdict.figures.items() if key != "pairs")

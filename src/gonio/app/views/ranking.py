@@ -1,0 +1,128 @@
+"""Models side by side, the nearest first, as plain data and as tables like those of the paper."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gonio.app.output import figure, table
+from gonio.app.views.fit import provisos
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from gonio.comparison import Row
+
+
+def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
+    """Models side by side, with the drop of nRMSE against the paper's two references, as in Tables 2 and 3."""
+    from gonio.comparison.metrics import METRICS
+    from gonio.comparison.ranking import drop, reference_errors
+
+    if rows and rows[0].validated:
+        return _validated_table(scan, rows)
+    references = reference_errors(rows)
+    heads = [metric.title for metric in METRICS.values()]
+    out = table("model", "", "free", *heads, *(f"vs {name}" for name in references), title=scan)
+    for row in rows:
+        own = row.metrics["nrmse"]
+        drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
+        found = (figure(row.metrics[name]) for name in METRICS)
+        out.add_row(row.model.name, mark(row), _count(row), *found, *drops)
+    out.caption, out.caption_justify = "\n".join(_marks_in_words(rows)), "left"
+    return out
+
+
+# One letter for a status other than converged, so that a fit that failed never looks like a good one.
+MARKS = {"AT_BOUND": "b", "NOT_DETERMINED": "?", "STEPS_EXHAUSTED": "!", "TOO_FEW_POINTS": "#"}
+
+
+def mark(row: "Row") -> str:
+    return MARKS.get(row.solution.status.name, "")
+
+
+def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
+    """What the marks of these rows mean, each once."""
+    met = {row.solution.status.name: row.solution.status.value.split(":")[0] for row in rows}
+    return (f"{letter} {met[name]}" for name, letter in MARKS.items() if name in met)
+
+
+def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
+    """Models by their error where they were not shown the measurement, and which differences mean something."""
+    from gonio.comparison.assessment import behind
+
+    out = table("model", "", "free", "fitted", "left out", "behind", "AICc", "BIC", title=f"{scan}, lg RMSE")
+    for row in rows:
+        mean, error = behind(row, rows[0])
+        if row is rows[0]:
+            apart = "–"
+        else:
+            apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
+            apart += " ≈" if abs(mean) < 2 * error else "  "
+        errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
+        out.add_row(
+            row.model.name,
+            mark(row),
+            _count(row),
+            *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
+            apart,
+            *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
+        )
+    meaning = "behind the first: mean over the parts ± standard error; ≈ alike, within twice that"
+    out.caption, out.caption_justify = "\n".join([meaning, *_marks_in_words(rows)]), "left"
+    return out
+
+
+def _count(row: "Row") -> str:
+    """How many values a fit had the use of: a whole number where nothing is smooth."""
+    return f"{row.effective_values:.1f}".removesuffix(".0")
+
+
+def _percent(value: float) -> str:
+    """A drop in eight characters; one far below zero says only that."""
+    if value < -1e4:
+        return "< -1e4%"
+    return f"{value:+.1f}%" if abs(value) < 100 else f"{value:+.0f}%"
+
+
+ANGLES_A_TABLE = 7
+
+
+def incidence_tables(rows: Sequence["Row"]) -> "Iterator[Table]":
+    """NRMSE of every model at every incidence angle."""
+    angles = list(rows[0].by_incidence)
+    for start in range(0, len(angles), ANGLES_A_TABLE):
+        some = angles[start : start + ANGLES_A_TABLE]
+        out = table("nRMSE at theta_i [deg]", *(f"{angle:g}" for angle in some))
+        for row in rows:
+            out.add_row(row.model.name, *(figure(row.by_incidence[angle]["nrmse"]) for angle in some))
+        yield out
+
+
+def record(path: Path, rows: Sequence["Row"]) -> dict[str, Any]:
+    """A ranking as plain data."""
+    ranking = [
+        {
+            "model": row.model.name,
+            "free_parameters": row.free_parameters,
+            "effective_values": row.effective_values,
+            "status": str(row.solution.status),
+            "instrument": provisos.instrument_record(row.solution),
+            "metrics": dict(row.metrics),
+            "aicc": row.aicc,
+            "bic": row.bic,
+            "validated": dict(row.validated),
+            "by_fold": dict(row.by_fold),
+            "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
+        }
+        for row in rows
+    ]
+    return {"scan": str(path), "ranking": ranking}
+
+
+def lines(path: Path, rows: Sequence["Row"], by_incidence: bool = False) -> Iterator[Any]:
+    """A ranking for people, with the errors at each incidence angle where they are asked for."""
+    yield ranking_table(path.stem, rows)
+    yield from provisos.instrument_lines([row.solution for row in rows])
+    if by_incidence:
+        yield from incidence_tables(rows)

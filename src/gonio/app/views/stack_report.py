@@ -1,0 +1,55 @@
+"""What came of the fit of a stack, as plain data and for people."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gonio.app.output import figure, table
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from gonio.fitting.stack.manifest import Record
+    from gonio.fitting.stack.run import Run
+
+
+def record(run: "Run", stack: Path, out: Path, seconds: float) -> dict[str, Any]:
+    """What came of all blocks, as plain data; seconds: what this run took of them."""
+    records = list(run.manifest.records())
+    fitted = sum(one.lanes for one in records if one.block not in run.done)
+    return {
+        "stack": str(stack),
+        "out": str(out),
+        "model": run.job.asked.model.name,
+        "scans": run.job.blocks.lanes,
+        "blocks": len(run.job.blocks),
+        "blocks_resumed": len(run.done),
+        "seconds": seconds,
+        "fits_per_second": fitted / seconds if seconds else None,
+        "statuses": _statuses(records),
+        "worst": max((r.worst for r in records if r.worst), key=lambda worst: worst["cost"], default=None),
+    }
+
+
+def _statuses(records: "Iterable[Record]") -> dict[str, int]:
+    total: Counter[str] = Counter()
+    for one in records:
+        total.update(one.statuses)
+    return dict(total.most_common())
+
+
+def lines(found: dict[str, Any]) -> "Iterator[Table | str]":
+    """The same for people."""
+    rows = table("status", "scans", "part")
+    for status, count in found["statuses"].items():
+        rows.add_row(status.replace("_", " "), f"{count}", f"{100 * count / found['scans']:.2f} %")
+    yield rows
+    if found["seconds"]:
+        yield f"{found['fits_per_second']:.4g} fits a second, {found['seconds']:.3g} s"
+    else:
+        yield f"nothing to do: {found['blocks']} of {found['blocks']} blocks are there"
+    if worst := found["worst"]:
+        where = ", ".join(f"{dim} {value}" for dim, value in worst["at"].items())
+        yield f"worst: E {figure(worst['cost'])} at {where} ({worst['status'].replace('_', ' ')})"
+    yield f"wrote {found['out']}"

@@ -1,0 +1,5 @@
+"""A model evaluated for many pairs of directions, 1e7 to 1e9 say, in bounded memory."""
+
+from gonio.evaluation.evaluate import evaluate
+
+__all__ = ["evaluate"]

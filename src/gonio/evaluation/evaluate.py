@@ -1,0 +1,242 @@
+"""A model evaluated for many pairs of directions, 1e7 to 1e9 say: compiled by JAX or in NumPy, in bounded memory."""
+
+import functools
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from array_api_compat import is_jax_array
+
+from gonio.arrays import Array
+from gonio.evaluation.pairs import Pairs, Parts, Piece, components, places, some
+from gonio.geometry import Geometry
+from gonio.model import Model
+from gonio.processes import cores
+
+PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
+PART_ON_DEVICE = 2**24  # pairs of JAX arrays at once
+BLOCK = 2**13  # pairs at once in NumPy, whose intermediate results a processor's cache then holds
+LEAST = 2**10  # pairs that code is compiled for, however few there are
+ALIGNED = 64  # bytes: where XLA reads NumPy's memory in place
+INDEXED = 2**31 - 1  # pairs that compiled code counts
+
+
+def evaluate(
+    model: Model,
+    wi: Array,
+    wo: Array,
+    values: Mapping[str, Array],
+    *,
+    library: str = "jax",
+    precision: str = "",
+    device: str = "",
+    chunk: int = 0,
+    out: Array | None = None,
+) -> Array:
+    """BRDF [1/sr] of `model` for pairs of unit vectors, `wi` to the source and `wo` to the detector.
+
+    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They and the `values`
+    of weights and shape, which are as in calling the model, broadcast against each other. NumPy arrays, memory-mapped
+    ones too, are read `chunk` pairs at a time and give a NumPy array. JAX arrays stay on their device. `out` takes the
+    result, which saves the system's time for new memory: a C-contiguous NumPy array of its shape and precision, or a
+    JAX array, which JAX then deletes.
+    `library` is "jax", which compiles once a model, or "numpy". `precision` is "float32" or "float64", by default that
+    of the directions. `device` is "cpu", "gpu" or another that JAX knows, by default where JAX computes.
+    Raises ValueError where JAX is missing or sees no such device, for directions of wrong shape or length, unknown
+    names or precisions and an unfit `out`. A function that JAX traces calls the model itself.
+    """
+    if library not in ("jax", "numpy"):
+        raise ValueError(f"library is 'jax' or 'numpy', not {library!r}")
+    if library == "numpy" and device not in ("", "cpu"):
+        raise ValueError(f"NumPy computes on the CPU: device={device!r} needs library='jax'")
+    if chunk < 0:
+        raise ValueError(f"chunk is a number of pairs, not {chunk}")
+    _refuse(model, tuple(values))
+    pairs = Pairs.of(wi, wo, values, precision, _look)
+    if library == "jax" and any(map(is_jax_array, pairs.operands)):
+        if out is not None and (not is_jax_array(out) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype)):
+            raise ValueError(f"out must be a JAX array of shape {pairs.shape} and precision {pairs.dtype.name}")
+        if any(out is operand for operand in pairs.operands):
+            raise ValueError("out is what it is computed from: give an array of its own")
+        return _from_device(model, pairs, device, chunk, out)
+    result = _result(out, pairs)
+    if library == "jax":
+        _compiled_stream(model, pairs, device, chunk, result.reshape(-1))
+    else:
+        _numpy_stream(model, pairs, chunk or BLOCK, result.reshape(-1))
+    return result
+
+
+@functools.lru_cache(maxsize=256)
+def _refuse(model: Model, names: tuple[str, ...]) -> None:
+    """The model's own messages for names, before anything is read: one pair at the normal, at its defaults."""
+    normal = [np.asarray([component]) for component in (0.0, 0.0, 1.0)] * 2
+    model(Geometry(*normal), {name: model.shape[name].default if name in model.shape else 1.0 for name in names})
+
+
+def _look(parts: Parts) -> Parts:
+    """Some of the directions; of JAX arrays in one call where that is possible, because each costs a millisecond."""
+    if not all(map(is_jax_array, parts)):
+        return some(parts)
+    with _jax().enable_x64(True):
+        return _compiled_look()(parts)
+
+
+@functools.cache
+def _compiled_look() -> Callable[[Parts], Parts]:
+    return _jax().jit(some)
+
+
+def _result(out: Array | None, pairs: Pairs) -> np.ndarray:
+    if out is None:
+        return np.empty(pairs.shape, pairs.dtype)
+    if not isinstance(out, np.ndarray) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype):
+        raise ValueError(f"out must be a NumPy array of shape {pairs.shape} and precision {pairs.dtype.name}")
+    if not (out.flags.c_contiguous and out.flags.writeable):
+        raise ValueError("out must be C-contiguous and writeable")
+    if any(np.may_share_memory(out, operand) for operand in pairs.operands if isinstance(operand, np.ndarray)):
+        raise ValueError("out shares memory with what it is computed from: give an array of its own")
+    return out
+
+
+def _numpy_stream(model: Model, pairs: Pairs, length: int, flat: np.ndarray) -> None:
+    pieces = pairs.pieces()
+
+    def compute(a: int) -> None:
+        b = min(a + length, flat.size)
+        wi, wo, values = pairs.packed([piece(a, b) for piece in pieces])
+        flat[a:b] = model(Geometry(*components(wi), *components(wo)), values)
+
+    with ThreadPoolExecutor(cores()) as pool:
+        deque(pool.map(compute, range(0, flat.size, length)), maxlen=0)
+
+
+def _compiled_stream(model: Model, pairs: Pairs, device: str, chunk: int, flat: np.ndarray) -> None:
+    """One part after another; while JAX computes one, the one before it is copied to its place.
+
+    Results take the places of earlier ones: the system's time for new memory is longer than that of most models.
+    """
+    jax, pieces, tails = _jax(), pairs.pieces(), pairs.tails
+    place, length = _device(jax, device), chunk or PART
+    waiting: deque[tuple[int, Array]] = deque()
+
+    def finish() -> Array:
+        a, found = waiting.popleft()
+        there = np.from_dlpack(found) if next(iter(found.devices())).platform == "cpu" else np.asarray(found)
+        flat[a : a + found.size] = there[: flat.size - a]
+        return found
+
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
+        firsts = [piece(0, 1) for piece in pieces]
+        same = {k: jax.device_put(first) for k, first in enumerate(firsts) if first.shape == tails[k]}
+        for a, n in _parts(pairs, pieces, length):
+            spare = finish() if len(waiting) > 1 else None
+            if spare is None or spare.size != n:
+                spare = jax.numpy.empty(n, pairs.dtype)
+            parts = [same[k] if k in same else piece(a, a + n) for k, piece in enumerate(pieces)]
+            waiting.append((a, _compiled(model)(spare, *pairs.packed(parts), shape=(n,))))
+        while waiting:
+            finish()
+
+
+def _parts(pairs: Pairs, pieces: list[Piece], length: int) -> list[tuple[int, int]]:
+    """Where parts begin and how long they are: all equally, but for the last, which is a power of two.
+
+    Parts overlap so that few lengths are compiled; and where arrays begin off the boundary from which XLA reads NumPy's
+    memory in place, so that all parts but the first and the last begin on it.
+    """
+    if not pairs.count:
+        return []
+    last = max(LEAST, 1 << ((pairs.count - 1) % length).bit_length())
+    if pairs.count <= length:
+        return [(0, last)]
+    dense = [piece(0, length) for piece in pieces]
+    item = pairs.dtype.itemsize
+    beyond = Counter(part.ctypes.data % ALIGNED // item for part in dense if part.shape == (length,)).most_common(1)
+    starts = [0, *range(length - (beyond[0][0] if beyond else 0), pairs.count - length, length)]
+    rest = pairs.count - starts[-1] - length
+    last = min(length, max(LEAST, 1 << (rest - 1).bit_length()))
+    return [*((start, length) for start in starts), (pairs.count - last, last)]
+
+
+@functools.lru_cache(maxsize=256)
+def _compiled(model: Model) -> Callable[..., Array]:
+    """The model as a function that JAX compiles once for each precision and set of names, not for each value.
+
+    Its result takes the place of the array `spare`, and has its precision.
+    """
+    jax = _jax()
+
+    def brdf(spare: Array, wi: Parts, wo: Parts, values: dict[str, Array], shape: tuple[int, ...]) -> Array:
+        wi, wo, values = jax.tree.map(lambda operand: operand.astype(spare.dtype), (wi, wo, values))
+        return jax.numpy.broadcast_to(model(Geometry(*components(wi), *components(wo)), values), shape)
+
+    return jax.jit(brdf, donate_argnums=0, keep_unused=True, static_argnames="shape")
+
+
+def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array | None) -> Array:
+    """In one call, or part by part into one array that each hands to the next: no array leaves its device."""
+    jax = _jax()
+    place, length = _device(jax, device), chunk or PART_ON_DEVICE
+    if pairs.count > INDEXED:
+        raise ValueError(f"compiled code counts {INDEXED} pairs of JAX arrays: evaluate {pairs.count} in several calls")
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
+        operands = [jax.device_put(part, place) if place and is_jax_array(part) else part for part in pairs.operands]
+        done = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
+        if pairs.count <= length:
+            return _compiled(model)(done, *pairs.packed(operands), shape=pairs.shape)
+        done = _reshaped((-1,))(done)
+        for a, n in _parts(pairs, [], length):
+            done = _compiled_part(model, pairs.shape, n)(done, a, *pairs.packed(operands))
+        return _reshaped(pairs.shape)(done)
+
+
+@functools.lru_cache(maxsize=256)
+def _compiled_part(model: Model, shape: tuple[int, ...], length: int) -> Callable[..., Array]:
+    """A function that computes `length` pairs of JAX arrays from a flat place on, and puts them there."""
+    jax = _jax()
+
+    def part(done: Array, start: Array, wi: Parts, wo: Parts, values: dict[str, Array]) -> Array:
+        pairs = Pairs(wi, wo, values, shape, done.dtype)
+        at = start + jax.numpy.arange(length, dtype="int32")
+
+        def piece(operand: Array, tail: tuple[int, ...]) -> Array:
+            own = operand.shape[: operand.ndim - len(tail)]
+            flat = operand.reshape(-1, *tail)
+            if flat.shape[0] == 1:
+                return flat[0]
+            if flat.shape[0] == done.size:
+                return jax.lax.dynamic_slice_in_dim(flat, start, length)
+            return flat[places(own, shape, at)]
+
+        pieces = [piece(operand, tail) for operand, tail in zip(pairs.operands, pairs.tails, strict=True)]
+        found = _compiled(model)(done[:0], *pairs.packed(pieces), shape=(length,))
+        found = jax.lax.optimization_barrier(found)  # what it writes into a part of an array, XLA computes on one core
+        return jax.lax.dynamic_update_slice(done, found, (start,))
+
+    return jax.jit(part, donate_argnums=0)
+
+
+@functools.lru_cache(maxsize=256)
+def _reshaped(shape: tuple[int, ...]) -> Callable[[Array], Array]:
+    return _jax().jit(lambda array: array.reshape(shape), donate_argnums=0)
+
+
+def _jax() -> Any:
+    try:
+        import jax
+    except ImportError as error:
+        raise ValueError("this needs JAX: pip install 'gonio[batch]', or choose library='numpy'") from error
+    return jax
+
+
+def _device(jax: Any, name: str) -> Any:
+    if not name:
+        return None
+    try:
+        return jax.devices(name)[0]
+    except RuntimeError as error:
+        seen = ", ".join(sorted({device.platform for device in jax.devices()}))
+        raise ValueError(f"JAX sees no device {name!r} here, only {seen}; a GPU needs JAX's wheel for it") from error

@@ -1,0 +1,54 @@
+"""What the coordinates of a scan must be, wherever they come from."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE
+
+VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
+
+
+def missing(scan: xr.Dataset) -> str:
+    """The variables that a scan needs and this one lacks, with commas; empty where none is."""
+    return ", ".join(name for name in ("brdf", *ANGLES) if name not in scan.variables)
+
+
+def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Each variable that no scan can have, and what is wrong with it; of the BRDF its type and unit alone.
+
+    Arrays that stay in a file are looked at piece by piece.
+    """
+    for name in ("brdf", *(n for n in ("uncertainty", *DIRECTIONS, "wavelength") if n in scan.variables)):
+        if scan[name].dtype.kind not in "fiu":
+            yield name, "is no array of numbers"
+            return
+        if not set(scan[name].dims) <= set(scan["brdf"].dims):
+            yield name, "has dimensions that brdf has not"
+            return
+    if scan["brdf"].attrs.get("units") not in (ABSOLUTE, RELATIVE):
+        yield "brdf", "has no unit sr-1 or a.u."
+    most = 180.0 if "direction" not in scan["brdf"].dims else HORIZON
+    for name in (n for n in DIRECTIONS if n in scan.variables):
+        low, high = (0.0, most) if name.startswith("theta") else (-np.inf, np.inf)
+        for piece in pieces(scan[name]):
+            inside = np.isfinite(piece) & (piece >= low) & (piece <= high)
+            if not inside.all():
+                yield name, f"holds {piece[~inside].flat[0]:g}, which is no such angle [deg]"
+                break
+    if "wavelength" in scan.variables:
+        wavelength = scan["wavelength"].values
+        if not (np.isfinite(wavelength) & (wavelength > 0)).all():
+            yield "wavelength", "holds a value that is not finite and positive"
+
+
+def pieces(variable: xr.DataArray) -> Iterator[Any]:
+    """The values along the first dimension, so many at a time as a chunk holds."""
+    if not variable.ndim:
+        yield variable.values
+        return
+    rows = max(1, VALUES_AT_ONCE // max(1, variable.size // max(1, variable.shape[0])))
+    for start in range(0, variable.shape[0], rows):
+        yield variable[start : start + rows].values

@@ -1,0 +1,71 @@
+"""The weighted terms of a fitted model, each on its own, and their sum."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.measured import dataset
+from gonio.model import Model
+from gonio.plotting.panels import panel_curves
+from gonio.plotting.style import (
+    BRDF_LABELS,
+    MEASURED,
+    THETA_R,
+    angle_ticks,
+    heading,
+    house_style,
+    line_style,
+    mark_specular,
+    new_figure,
+    shared_legend,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
+
+Values = npt.NDArray[np.float64]
+
+
+def components(
+    scan: xr.Dataset,
+    model: Model,
+    parts_at: "Callable[[xr.Dataset], Mapping[str, Values]]",
+    *,
+    title: str = "",
+    most: int = 4,
+) -> "Figure":
+    """One column an incidence angle, linear above and logarithmic below: every weight times its term.
+
+    `parts_at` gives the weighted terms at the directions of a flat scan, as compare.parts does.
+    """
+    chosen, note = panel_curves(scan, most)
+    measured = "simulated" if "simulated" in scan.attrs else "measured"
+    with house_style():
+        figure = new_figure(max(2.7 * len(chosen), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col")
+        for k, curve in enumerate(chosen):
+            parts = parts_at(curve.fine)
+            for ax in axes[:, k]:
+                ax.plot(curve.theta_r, curve.measured, **MEASURED, label=measured)
+                for j, (weight, part) in enumerate(parts.items()):
+                    term = model.terms[weight].__name__.replace("_", " ")
+                    ax.plot(curve.fine_theta_r, part, **line_style(j), label=f"{weight} × {term}")
+                ax.plot(curve.fine_theta_r, sum(parts.values()), color="0.0", linewidth=1.0, label="sum")
+                mark_specular(ax, curve.theta_i)
+                angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
+            positive = curve.measured[curve.measured > 0]
+            axes[1, k].set_yscale("log")
+            axes[1, k].set_ylim(max(positive.min() / 30, positive.max() / 1e8), positive.max() * 2.5)
+            axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
+            axes[1, k].set_xlabel(THETA_R)
+        for row, scale in enumerate(("linear", "logarithmic")):
+            axes[row, 0].set_ylabel(f"{BRDF_LABELS[dataset.unit(scan)]}, {scale}")
+        shared_legend(figure, axes[0, 0], columns=3)
+        heading(figure, title, note)
+    return figure

@@ -1,0 +1,97 @@
+"""In-plane curves, measured and modelled, linear and logarithmic (guo2023, Figs 10 and 11)."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from gonio.comparison.metrics import at_specular
+from gonio.measured import dataset
+from gonio.plotting.panels import Curve, panel_curves
+from gonio.plotting.style import (
+    BARS,
+    BRDF_LABELS,
+    MEASURED,
+    THETA_R,
+    Band,
+    Predictor,
+    angle_ticks,
+    heading,
+    house_style,
+    line_style,
+    mark_specular,
+    new_figure,
+    shared_legend,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def curves(
+    scan: xr.Dataset,
+    fits: Mapping[str, Predictor],
+    *,
+    title: str = "",
+    normalised: bool = False,
+    bands: Mapping[str, Band] | None = None,
+    most: int = 6,
+) -> "Figure":
+    """One column an incidence angle, linear above and logarithmic below; dots are measured, lines the fits.
+
+    Bars are the standard uncertainties that the scan states, shades the 95 % bands of fits that have one. `normalised`
+    divides every curve by its own value at the specular angle, as the paper draws them.
+    """
+    chosen, note = panel_curves(scan, most)
+    measured = "simulated" if "simulated" in scan.attrs else "measured"
+    with house_style():
+        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col")
+        for k, curve in enumerate(chosen):
+            for ax in axes[:, k]:
+                _draw(ax, curve, fits, measured, normalised)
+                _shade(ax, curve, fits, bands or {})
+            axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
+            axes[1, k].set_yscale("log")
+            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
+            _log_limits(axes[1, k])
+        for row, scale in enumerate(("linear", "logarithmic")):
+            unit = "f / f(θᵢ)" if normalised else BRDF_LABELS[dataset.unit(scan)]
+            axes[row, 0].set_ylabel(f"{unit}, {scale}")
+        shared_legend(figure, axes[0, 0])
+        heading(figure, title, note)
+    return figure
+
+
+def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str, normalised: bool) -> None:
+    scale = at_specular(curve.theta_r, curve.measured, curve.theta_i) if normalised else 1.0
+    ax.plot(curve.theta_r, curve.measured / scale, **MEASURED, label=measured, zorder=1)
+    if "uncertainty" in curve.points and curve.points["uncertainty"].values.any():  # a single scan states zeros
+        spread = curve.points["uncertainty"].values / scale
+        ax.errorbar(curve.theta_r, curve.measured / scale, spread, **BARS, label="standard uncertainty", zorder=0.9)
+    for k, (name, predictor) in enumerate(fits.items()):
+        modelled = predictor(curve.fine)
+        scale = at_specular(curve.fine_theta_r, modelled, curve.theta_i) if normalised else 1.0
+        ax.plot(curve.fine_theta_r, modelled / scale, **line_style(k), label=name, zorder=2)
+    mark_specular(ax, curve.theta_i)
+    angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
+
+
+def _shade(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], bands: Mapping[str, Band]) -> None:
+    for k, name in enumerate(fits):
+        if name in bands:
+            lower, upper = bands[name](curve.fine)
+            label = "" if k else "95 % band"
+            shade = {"color": line_style(k)["color"], "alpha": 0.22, "linewidth": 0, "zorder": 1.5}
+            ax.fill_between(curve.fine_theta_r, lower, upper, **shade, label=label)
+
+
+def _log_limits(ax: "Axes", most_decades: float = 8.0) -> None:
+    """From just below the least positive measured value, so that a model's vanishing tail does not flatten the data."""
+    measured = np.concatenate([line.get_ydata() for line in ax.lines[:1]])
+    positive = measured[measured > 0]
+    if positive.size:
+        least, most = positive.min(), positive.max()
+        ax.set_ylim(max(least / 2, most / 10**most_decades), most * 2.5)

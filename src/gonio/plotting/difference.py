@@ -1,0 +1,67 @@
+"""Two sets of data in plane, above, and their difference, below."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gonio.measured import dataset
+from gonio.plotting.panels import Curve, panel_curves
+from gonio.plotting.style import (
+    BRDF_LABELS,
+    COLOURS,
+    MEASURED,
+    THETA_R,
+    angle_ticks,
+    heading,
+    house_style,
+    mark_specular,
+    new_figure,
+    shared_legend,
+)
+from gonio.resampling.difference import Difference
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def difference_figure(found: Difference, name: str, reference: str, *, most: int = 6) -> "Figure":
+    """One column an incidence angle: both sets on a logarithmic axis, then the difference in per cent of the reference.
+
+    Dots are the reference, crosses the other where it was measured at that direction, open ones where interpolated.
+    """
+    chosen, note = panel_curves(found.points, most)
+    with house_style():
+        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col", height_ratios=(2, 1))
+        for k, curve in enumerate(chosen):
+            _values(axes[0, k], curve, name, reference)
+            _errors(axes[1, k], curve)
+            axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
+            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
+        axes[0, 0].set_ylabel(BRDF_LABELS[dataset.unit(found.points)])
+        axes[1, 0].set_ylabel("difference [%]")
+        shared_legend(figure, axes[0, 0])
+        heading(figure, f"{name} against {reference}", f"rms {100 * found.rms:.3g} % by solid angle", note)
+    return figure
+
+
+def _values(ax: "Axes", curve: Curve, name: str, reference: str) -> None:
+    other, exact = curve.points["other"].values, curve.points["exact"].values
+    ax.plot(curve.theta_r, curve.measured, **MEASURED, label=reference, zorder=1)
+    style: dict[str, Any] = {"linestyle": "none", "markersize": 4, "color": COLOURS[0], "zorder": 2}
+    ax.plot(curve.theta_r[exact], other[exact], marker="x", **style, label=f"{name}, measured")
+    if not exact.all():
+        ax.plot(curve.theta_r[~exact], other[~exact], marker="o", mfc="none", **style, label=f"{name}, interpolated")
+    if (curve.measured > 0).any():
+        ax.set_yscale("log", nonpositive="mask")
+    mark_specular(ax, curve.theta_i)
+    angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
+
+
+def _errors(ax: "Axes", curve: Curve) -> None:
+    used = np.abs(curve.measured) > 0
+    error = 100 * (curve.points["other"].values[used] / curve.measured[used] - 1)
+    ax.axhline(0, color="0.6", linewidth=0.8)
+    ax.plot(curve.theta_r[used], error, color=COLOURS[1], marker=".", markersize=3.5, linestyle="none")
+    mark_specular(ax, curve.theta_i)

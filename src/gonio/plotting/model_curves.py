@@ -1,0 +1,47 @@
+"""A model alone, in the plane of incidence: one curve an incidence angle."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gonio.geometry import Geometry
+from gonio.model import Model
+from gonio.plotting.style import (
+    BRDF_LABELS,
+    THETA_R,
+    angle_ticks,
+    heading,
+    house_style,
+    line_style,
+    mark_specular,
+    new_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DECADES = 1e6  # below this share of the maximum a curve is nothing that a goniometer sees
+
+
+def model_curves(model: Model, values: Mapping[float, Mapping[str, float]], unit: str, title: str = "") -> "Figure":
+    """BRDF over signed theta_r for values by incidence angle [deg]; logarithmic unless a value is negative."""
+    with house_style():
+        figure = new_figure(6.4, 3.6)
+        ax = figure.add_subplot()
+        least, most = np.inf, 0.0
+        for k, (theta_i, given) in enumerate(values.items()):
+            theta_r = np.unique(np.append(np.linspace(-89, 89, 1425), theta_i))
+            f = np.broadcast_to(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), given), theta_r.shape)
+            ax.plot(theta_r, f, **line_style(k), label=f"θᵢ = {theta_i:g}°")
+            mark_specular(ax, theta_i)
+            least, most = min(least, float(f.min())), max(most, float(f.max()))
+        if least >= 0 and most > 0:
+            ax.set_yscale("log")
+            ax.set_ylim(max(least, most / DECADES) / 1.5, most * 1.5)
+        angle_ticks(ax, -90, 90)
+        ax.set_xlabel(THETA_R)
+        ax.set_ylabel(BRDF_LABELS[unit])
+        figure.legend(loc="outside right upper")
+        heading(figure, title, model.name)
+    return figure

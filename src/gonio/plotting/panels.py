@@ -1,0 +1,65 @@
+"""What the in-plane figures share: which curves a scan offers, and fine grids to draw a model on."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from gonio.comparison.metrics import curves
+from gonio.measured import dataset
+
+Values = npt.NDArray[np.float64]
+MOST_CURVES = 6
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One in-plane curve of a scan, and the directions of a fine grid across it."""
+
+    theta_i: float
+    theta_r: Values
+    points: xr.Dataset
+    fine_theta_r: Values
+    fine: xr.Dataset
+
+    @property
+    def measured(self) -> Values:
+        return np.asarray(self.points["brdf"].values)
+
+
+def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve], str]:
+    """The in-plane curves to draw, evenly chosen where there are more than `most`, and what was left out in words.
+
+    A scan of several channels, wavelengths or scans shows the first; ValueError where no curve is in plane.
+    """
+    flat = dataset.points(scan)
+    notes = []
+    first = {name: flat[name].values[0].item() for name in dataset.sets(flat)}
+    if first:
+        flat = dataset.select(flat, first)
+        notes.append(", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items()))
+    found = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
+    if not found:
+        raise ValueError("the scan holds no in-plane curve to draw")
+    if len(found) > most:
+        notes.append(f"{most} of {len(found)} incidence angles")
+        found = [found[k] for k in np.unique(np.linspace(0, len(found) - 1, most).round().astype(int))]
+    return [_curve(flat, key, rows) for key, rows in found], "; ".join(notes)
+
+
+def _curve(flat: xr.Dataset, key: dict[str, Any], rows: npt.NDArray[np.intp]) -> Curve:
+    points = flat.isel(direction=rows)
+    theta_r = dataset.signed_theta_r(points)
+    extra = key["theta_i"] if theta_r[0] <= key["theta_i"] <= theta_r[-1] else theta_r[0]
+    fine_theta_r = np.unique(np.concatenate([np.linspace(theta_r[0], theta_r[-1], 601), [extra]]))
+    names = [name for name in dataset.SETS if name in points.coords]
+    fine = dataset.make_scan(
+        np.full(fine_theta_r.shape, key["theta_i"]),
+        fine_theta_r,
+        np.zeros(fine_theta_r.shape),
+        unit=dataset.unit(flat),
+        coordinates={name: np.full(fine_theta_r.shape, points[name].values[0]) for name in names},
+    )
+    return Curve(key["theta_i"], theta_r, points, fine_theta_r, fine)

@@ -1,0 +1,51 @@
+"""Profile likelihood: how the cost rises along each value, against the parabola of its standard uncertainty."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gonio.fitting.certainty.profile import Profile
+from gonio.plotting.style import COLOURS, heading, house_style, new_figure, shared_legend
+from gonio.units import unit_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMNS = 4
+
+
+def profiles(found: Sequence[Profile], uncertainties: Mapping[str, float], *, title: str = "") -> "Figure":
+    """One panel a value: the rise of the cost, the interval within the level, and what a linear model would give."""
+    rows, columns = -(-len(found) // COLUMNS), min(len(found), COLUMNS)
+    with house_style():
+        figure = new_figure(max(2.3 * columns, 4.6) + 0.4, 2.3 * rows + 0.6)
+        axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
+        for ax, one in zip(axes, found, strict=False):
+            _draw(ax, one, uncertainties[one.name])
+        for ax in axes[len(found) :]:
+            ax.set_visible(False)
+        for ax in axes[::columns]:
+            ax.set_ylabel("rise of the cost [1]")
+        axes[0].set_ylim(-0.03 * found[0].factor ** 2, 1.5 * found[0].factor ** 2)
+        shared_legend(figure, axes[0])
+        heading(figure, title)
+    return figure
+
+
+def _draw(ax: "Axes", one: Profile, uncertainty: float) -> None:
+    from scipy.interpolate import PchipInterpolator
+
+    low, high = one.at[0], one.at[-1]
+    ax.axvspan(max(one.lower, low), min(one.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
+    fine = np.linspace(low, high, 201)
+    smooth = PchipInterpolator(one.at, one.rise)(fine) if low < high else np.zeros_like(fine)
+    ax.plot(fine, smooth**2, color=COLOURS[0], linewidth=1.5, label="profile")
+    ax.plot(one.at, one.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
+    if np.isfinite(uncertainty):
+        parabola = ((fine - one.value) / uncertainty) ** 2
+        ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
+    ax.axhline(one.factor**2, color="0.4", linewidth=0.8, label=f"{100 * one.level:g} % level")
+    ax.set_xlabel(f"{one.name} [{unit_label(one.unit) or '1'}]")
+    ax.locator_params(axis="x", nbins=4)

@@ -1,0 +1,51 @@
+"""What a fit leaves over: the difference between model and measurement along every curve."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from gonio.plotting.panels import panel_curves
+from gonio.plotting.style import (
+    THETA_R,
+    Predictor,
+    angle_ticks,
+    heading,
+    house_style,
+    line_style,
+    mark_specular,
+    new_figure,
+    shared_legend,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "", most: int = 6) -> "Figure":
+    """One column an incidence angle: above the difference over the curve's largest value, below over each value."""
+    chosen, note = panel_curves(scan, most)
+    with house_style():
+        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 4.8)
+        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col", sharey="row")
+        for k, curve in enumerate(chosen):
+            for j, (name, predictor) in enumerate(fits.items()):
+                error = predictor(curve.points) - curve.measured
+                positive = curve.measured > 0
+                style = line_style(j) | {"linewidth": 1.2}
+                axes[0, k].plot(curve.theta_r, 100 * error / curve.measured.max(), **style, label=name)
+                relative = 100 * error[positive] / curve.measured[positive]
+                axes[1, k].plot(curve.theta_r[positive], relative, **style)
+            axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
+            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
+            for ax in axes[:, k]:
+                ax.axhline(0, color="0.4", linewidth=0.8)
+                mark_specular(ax, curve.theta_i)
+                angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
+        axes[0, 0].set_ylabel("(model − data) / peak [%]")
+        axes[1, 0].set_ylabel("(model − data) / data [%]")
+        axes[1, 0].set_yscale("symlog", linthresh=10)
+        axes[1, 0].set_yticks([-100, -10, 0, 10, 100, 1000], ["−100", "−10", "0", "10", "100", "1000"])
+        shared_legend(figure, axes[0, 0])
+        heading(figure, title, note)
+    return figure

@@ -99,7 +99,7 @@ def test_layouts_and_parts(layout, library, settings):
 @pytest.mark.parametrize("library", ["numpy", "jax"])
 def test_parts_that_overlap_cover_every_pair(library, offset, monkeypatch):
     """Large arrays whose memory begins anywhere, in parts that do not divide their number."""
-    monkeypatch.setattr("gonio.evaluation.evaluate.LEAST", 8)
+    monkeypatch.setattr("gonio.evaluation.batches.LEAST", 8)
     count = 1000
     wi, wo = (tuple(_beyond(part, offset) for part in unit_vectors(count, seed)) for seed in (3, 4))
     expected = catalogue["ggx"](Geometry(*wi, *wo), GGX)
@@ -148,7 +148,7 @@ def test_memory_mapped(library, tmp_path):
 
 def test_compiled_once_a_model():
     """Other values and other pairs of the same number compile nothing; a new name of a value does."""
-    from gonio.evaluation.evaluate import _compiled
+    from gonio.evaluation.batches import _compiled
 
     model = catalogue["student-t"]
     _compiled.cache_clear()

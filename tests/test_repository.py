@@ -14,7 +14,7 @@ from gonio.formats import formats
 from places import ROOT
 
 DEPENDENCIES = """
-array-api-compat defusedxml matplotlib numpy pooch pyyaml rich scipy typer xarray zarr
+array-api-compat defusedxml google-crc32c matplotlib numcodecs numpy pooch pyyaml rich scipy typer xarray zarr
 """
 PROMISED = """
 lambert torrance-sparrow wang-2016 liu-2016 cauchy-lorentz cauchy-lorentz-reciprocal cook-torrance

@@ -117,7 +117,7 @@ def test_ctrl_c_is_one_line_that_says_how_to_go_on(run, stack, here, monkeypatch
     [
         (("--weighting", "relative"), "its problem weighting was uniform, and is relative now"),
         (("--bound", "rho=0.1:2"), "its problem bounds rho was not given"),
-        (("--starts", "5"), "its fit starts was 0, and is 5 now"),
+        (("--setting", "searches=5"), "its fit solver searches was 0, and is 5 now"),
     ],
 )
 def test_another_fit_is_refused_with_what_differs(run, stack, here, more, said):
@@ -134,7 +134,7 @@ def test_another_fit_is_refused_with_what_differs(run, stack, here, more, said):
 def test_what_cannot_be_fitted_is_one_line(run, stack, here, tmp_path):
     refusals = {
         ("fit-stack", tmp_path / "none.zarr", "--model", "lambert", "--out", tmp_path / "o"): "no such Zarr store",
-        command(stack, "--hold", "rho=half-width"): "hold gamma at a number",
+        command(stack, "--hold", "rho=half-width"): "hold rho at a number",
         command(stack, "--group", "rho=colour"): "no coordinate 'colour' to group by",
         command(stack, "--hold", "rho=0.5"): "every parameter is held",
         command(stack, "--each", "colour"): "'colour'",
@@ -181,5 +181,5 @@ def test_help_fits_a_terminal_and_loads_no_numerics(run):
     code, out, _ = run("fit-stack", "--help")
     assert code == 0
     assert max(map(len, out.splitlines())) <= 80
-    for option in ("--each", "--block", "--workers", "--scheduler", "--force", "--starts", "--device", "--precision"):
+    for option in ("--each", "--block", "--workers", "--scheduler", "--force", "--setting", "--device", "--precision"):
         assert option in out

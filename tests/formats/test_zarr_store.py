@@ -7,12 +7,13 @@ import tracemalloc
 import numpy as np
 import pytest
 import xarray as xr
-from samples.zarr_store import dense, flat, samples
 
 from gonio import read, write
 from gonio.door import zarr_chunks
 from gonio.files import FormatError
 from gonio.formats.native import zarr_store
+from gonio.measured import sound as checks
+from samples.zarr import dense, flat, samples
 
 
 @pytest.mark.parametrize("scan", [flat(), dense()], ids=["flat", "dense"])
@@ -50,6 +51,7 @@ def test_big_arrays_stay_in_the_file(tmp_path, monkeypatch):
     n = 250_000
     monkeypatch.setattr(zarr_store, "MOST_BYTES_IN_MEMORY", 1_000_000)
     monkeypatch.setattr(zarr_store, "VALUES_OF_CHUNK", 65_536)
+    monkeypatch.setattr(checks, "VALUES_AT_ONCE", 65_536)
     scan = xr.Dataset(
         {"brdf": ("direction", np.linspace(1, 2, n), {"units": "sr-1"})},
         coords={a: ("direction", np.linspace(0, 80, n), {"units": "degree"}) for a in ("theta_i", "theta_r", "phi")},

@@ -60,10 +60,10 @@ def metrics(points: xr.Dataset, modelled: Values, weights: Values | None = None)
     weights = np.ones_like(measured) if weights is None else weights
     positive = measured > 0
     both = positive & (modelled > 0)
-    error = modelled - measured
+    error, signal = modelled - measured, float(np.sum(weights * measured**2))
     return {
         "delta": _rms(error[positive] / measured[positive]),
-        "E": float(np.sum(weights * error**2) / np.sum(weights * measured**2)),
+        "E": float(np.sum(weights * error**2)) / signal if signal else math.nan,
         "nrmse": _rms(_normalised_error(points, modelled)),
         "log10_rmse": _rms(np.log10(modelled[both] / measured[both])),
     }

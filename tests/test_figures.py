@@ -74,7 +74,7 @@ def test_what_cannot_be_measured_is_null_with_the_reason(monkeypatch):
 
 def test_the_page_is_made_of_the_record():
     """docs/performance.md is what its script makes of results.json, and says what no GPU was there to measure."""
-    specification = importlib.util.spec_from_file_location("performance", ROOT / "docs" / "performance.py")
+    specification = importlib.util.spec_from_file_location("performance", ROOT / "docs" / "pages" / "performance.py")
     script = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(script)
     page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ import numpy as np
 
 from gonio.plotting.style import COLOURS, house_style, new_figure
 
-RESULTS = Path(__file__).resolve().parent.parent / "benchmarks" / "validated.json"
+RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "validated.json"
 OURS = "gonio-best"
 T_S, T_C = ("torrance-sparrow",), ("wang-2016", "liu-2016")
 PAPER = {"T-S": 57.16, "T-C": 30.61}  # guo2023, averages of Tables 2 and 3 [%], of its own metric and in sample

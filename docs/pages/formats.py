@@ -1,4 +1,4 @@
-"""Make docs/formats.md from the declarations of the formats: `make formats-page`."""
+"""Make docs/formats.md from the declarations of the formats: part of `make docs`."""
 
 import importlib
 import inspect
@@ -9,11 +9,11 @@ from gonio import formats as package
 from gonio.app.views.formats import HEADINGS, LEGEND, record, rows
 from gonio.formats.format import Format
 
-HERE = Path(__file__).resolve().parent
+DOCS = Path(__file__).resolve().parents[1]
 
 HEAD = """# Formats: what gonio reads and writes
 
-Made by `make formats-page` from the declarations in `src/gonio/measured/formats`; `gonio formats` prints the table.
+Made by `make docs` from the declarations in `src/gonio/formats`; `gonio formats` prints the table.
 
 A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
 relative data in a.u., and `gonio info FILE` says which, what the file stored, and what was done to it. A format that has no
@@ -53,12 +53,12 @@ def main() -> None:
         + "\n".join([_row(HEADINGS), "|" + "---|" * len(HEADINGS), *(_row(r) for r in rows())])
         + "\n"
     )
-    for module in pkgutil.iter_modules(package.__path__):
-        found = importlib.import_module(f"{package.__name__}.{module.name}")
-        declared = [v for v in vars(found).values() if isinstance(v, Format)]
-        if declared:
-            text += "\n".join(["", *_entry(found, declared)])
-    (HERE / "formats.md").write_text(text, encoding="utf-8")
+    for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        module = importlib.import_module(found.name)
+        declared = [v for v in vars(module).values() if isinstance(v, Format)]
+        if declared and not found.ispkg:  # a family's package hands on what its files declare
+            text += "\n".join(["", *_entry(module, declared)])
+    (DOCS / "formats.md").write_text(text, encoding="utf-8")
 
 
 def _row(cells: tuple[str, ...]) -> str:

@@ -22,7 +22,7 @@ from gonio.plotting.curves import curves
 from gonio.plotting.style import COLOURS, house_style, new_figure, save
 from surfaces import SCANS, usable
 
-HERE = Path(__file__).resolve().parent
+DOCS = Path(__file__).resolve().parents[1]
 GROUPED = {"ks": "theta_i", "rho_s": "theta_i"}
 EQUAL = 1e-6  # relative difference of E below which two models fit alike
 FAR = 20.0  # deg from the specular direction
@@ -262,7 +262,7 @@ def main() -> int:
         results[objective].append(fitted(path, objective))
     ordered = sorted(results["relative"], key=lambda r: r.drop("T-S", "E"))
     worst, best = ordered[0], ordered[-1]
-    images, found = HERE / "images", validated_surfaces.results()
+    images, found = DOCS / "images", validated_surfaces.results()
     save(validated_surfaces.figure(found), images / "real-surfaces-validated", (".png",), force=True)
     save(drops_figure(results), images / "real-surfaces-drops", (".png",), force=True)
     for which, result in (("most", best), ("least", worst)):
@@ -272,7 +272,7 @@ def main() -> int:
             (".png",),
             force=True,
         )
-    (HERE / "real-surfaces.md").write_text(page(results, best, worst, found), encoding="utf-8")
+    (DOCS / "real-surfaces.md").write_text(page(results, best, worst, found), encoding="utf-8")
     return 0
 
 

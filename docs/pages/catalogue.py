@@ -1,4 +1,4 @@
-"""Make docs/catalogue.md and its figures from the declarations of the models: `make catalogue`."""
+"""Make docs/catalogue.md and its figures from the declarations of the models: part of `make docs`."""
 
 import sys
 from pathlib import Path
@@ -13,7 +13,7 @@ from gonio.model import Model
 from gonio.plotting.style import THETA_R, house_style, line_style, mark_specular, new_figure, save
 from gonio.units import unit_label
 
-HERE = Path(__file__).resolve().parent
+DOCS = Path(__file__).resolve().parents[1]
 ANGLES = (30.0, 60.0)
 
 
@@ -75,7 +75,7 @@ def main() -> int:
     lines = [
         "# The catalogue",
         "",
-        "Made by `make catalogue` from the declarations of the models; `gonio models NAME` prints the same. Weights are",
+        "Made by `make docs` from the declarations of the models; `gonio models NAME` prints the same. Weights are",
         "linear, shape parameters are searched. *Reconstructed* marks a model whose source was not at hand in full: it is",
         "built from abstracts and public descriptions, or from memory, and may differ from the original. Figures show each",
         "term at default shape and weight 1; terms without a normalisation have no reflectance.",
@@ -89,9 +89,9 @@ def main() -> int:
         lines.append(f"| [{model.name}](#{model.name}) | {model.title}{mark} | {model.cite} | {free} | {breaks} |")
     lines.append("")
     for model in track(catalogue.values(), "drawing", disable=not sys.stderr.isatty()):
-        save(drawing(model), HERE / "images" / "catalogue" / model.name, (".png",), force=True)
+        save(drawing(model), DOCS / "images" / "catalogue" / model.name, (".png",), force=True)
         lines += entry(model)
-    (HERE / "catalogue.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    (DOCS / "catalogue.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     return 0
 
 

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-RECORD, GROWTH, CRASH = (HERE.parent / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash"))
+ROOT = Path(__file__).resolve().parents[2]
+RECORD, GROWTH, CRASH = (ROOT / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash"))
 MEANING = {
     "evaluation_over_mitsuba": (
         "1e7 pairs of unit vectors in single precision: GGX with Fresnel or Cauchy-Lorentz, whichever gains less, as fast"
@@ -136,4 +136,4 @@ def page(results: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    (HERE / "performance.md").write_text(page(json.loads(RECORD.read_text(encoding="utf-8"))), encoding="utf-8")
+    (ROOT / "docs" / "performance.md").write_text(page(json.loads(RECORD.read_text(encoding="utf-8"))), encoding="utf-8")

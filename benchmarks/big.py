@@ -22,7 +22,7 @@ import numpy as np
 from gonio import Geometry, Problem, catalogue, read, write
 from gonio.fitting import fit
 from gonio.measured.coordinates import grid
-from gonio.processes import cores
+from gonio.portable import cores
 from nist import machine
 
 RECORD = Path(__file__).resolve().parent / "big.json"

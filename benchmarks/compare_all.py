@@ -17,7 +17,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from gonio.processes import cores
+from gonio.portable import cores
 from nist import machine
 
 HERE = Path(__file__).resolve().parent

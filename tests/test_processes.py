@@ -12,7 +12,8 @@ import pytest
 
 from gonio import Model, catalogue, simulate
 from gonio.comparison.ranking import compare
-from gonio.processes import THREADS, cores, results
+from gonio.portable import cores
+from gonio.processes import THREADS, results
 
 NAMES = ("lambert", "torrance-sparrow", "cauchy-lorentz", "sgd")
 

@@ -136,4 +136,6 @@ def page(results: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    (ROOT / "docs" / "performance.md").write_text(page(json.loads(RECORD.read_text(encoding="utf-8"))), encoding="utf-8")
+    (ROOT / "docs" / "performance.md").write_text(
+        page(json.loads(RECORD.read_text(encoding="utf-8"))), encoding="utf-8"
+    )

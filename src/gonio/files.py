@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from gonio.portable import give_usual_rights
+
 
 class FormatError(ValueError):
     """A file that cannot be read: which, where in it (a line or a byte offset), what was expected.
@@ -44,7 +46,7 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
         if temporary.is_dir():
             _replace_by_directory(temporary, path)
         else:
-            temporary.chmod(0o666 & ~_umask())
+            give_usual_rights(temporary)
             temporary.replace(path)
     finally:
         if temporary.is_dir():
@@ -73,9 +75,3 @@ def _replace_by_directory(temporary: Path, path: Path) -> None:
             raise
     finally:
         shutil.rmtree(aside)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

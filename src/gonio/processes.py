@@ -1,24 +1,16 @@
 """Work on several processor cores at once: one function, many arguments, and the results as they come."""
 
 import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
+
+from gonio.portable import ignore_interrupts
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-
-def cores() -> int:
-    """The processor cores that this process may use."""
-    if hasattr(os, "process_cpu_count"):  # from Python 3.13 on
-        return os.process_cpu_count() or 1
-    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[tuple[int, Result]]:
@@ -39,7 +31,7 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
 
     others = set(active_children())
     with _one_thread_each():
-        pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=_ignore_interrupts)
+        pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=ignore_interrupts)
         try:
             places = {pool.submit(work, item): place for place, item in enumerate(items)}
             for future in as_completed(places):
@@ -65,8 +57,3 @@ def _one_thread_each() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal: the one that started the others ends them."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

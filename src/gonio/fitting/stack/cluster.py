@@ -1,6 +1,5 @@
 """A stack fitted by many processes, here or on other machines: Dask hands out blocks, what is big stays in stores."""
 
-import signal
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -13,7 +12,8 @@ import xarray as xr
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.stack.manifest import Record
 from gonio.fitting.stack.run import Run, StackFit, fit_block, prepare
-from gonio.processes import THREADS, cores
+from gonio.portable import cores, ignore_interrupts
+from gonio.processes import THREADS
 
 REMEDY = "pip install 'gonio[cluster]'"
 TASKS_A_THREAD = 2  # at work and waiting: few, so that memory is bounded and no worker waits for the next
@@ -51,7 +51,7 @@ class Cluster:
 
 def dask_setup(worker: Any) -> None:
     """What Dask calls in every process that starts: Ctrl-C is for the one that started it, which ends the others."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ignore_interrupts()
 
 
 @contextmanager

@@ -16,6 +16,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from gonio.portable import synchronise
+
 FOLDER = "manifest"
 
 
@@ -162,17 +164,6 @@ class Manifest:
             os.fsync(file.fileno())
         temporary.replace(final)
         synchronise(self.folder)
-
-
-def synchronise(path: Path) -> None:
-    """Have a file, or the names in a folder, on the disk before anything that follows."""
-    if path.is_dir() and os.name == "nt":  # Windows synchronises no folders
-        return
-    handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def plain(value: Any) -> Any:

@@ -5,7 +5,6 @@ import hashlib
 import json
 import os
 import socket
-import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -24,6 +23,7 @@ from gonio.fitting.stack.manifest import BlockGrid, Manifest, Record, difference
 from gonio.measured.stack import lane_dims, one_scan
 from gonio.measured.stack_store import identity, open_stack
 from gonio.model import Model
+from gonio.portable import peak_megabytes
 
 FitMany = Callable[..., xr.Dataset]
 LANES_OF_BLOCK = 2048
@@ -229,21 +229,12 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
         started=started,
         written=time.time(),
         seconds=seconds,
-        peak_megabytes=_peak(),
+        peak_megabytes=peak_megabytes(),
         statuses=lane_store.statuses(result),
         worst=lane_store.worst(result, part, region),
     )
     manifest.mark(record)
     return record
-
-
-def _peak() -> float:
-    """The most memory [MB] that this process has taken; 0 where the system does not tell."""
-    try:
-        import resource
-    except ImportError:  # on Windows
-        return 0.0
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
 def _declaration(model: Model) -> dict[str, Any]:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now, synchronise
+from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now
+from gonio.portable import synchronise
 
 OF_ONE_CALL = ("seconds",)  # attributes of a Solution that are not those of all blocks
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written

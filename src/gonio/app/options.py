@@ -28,11 +28,6 @@ Scans = Annotated[
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
-Models = Annotated[str, typer.Option("--models", metavar="A,B", help="names, family (the paper's) or all")]
-Workers = Annotated[
-    int, typer.Option("--workers", metavar="N", help="processes that share the models; 0: as many as pay off")
-]
-Figure = Annotated[str, typer.Option("--out", metavar="FILE", help=".png, .svg, or a name for both")]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
 
 Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
@@ -57,6 +52,23 @@ class OutputOptions:
         if self.json != "-":
             for part in parts:
                 show(part)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureOptions:
+    """Where a figure goes, and whether it may be written over what is there."""
+
+    out: Annotated[str, Option(".png, .svg, or a name for both", metavar="FILE")] = ""
+    force: Annotated[bool, Option("overwrite what is there")] = False
+
+    def save(self, figure: Any, name: str) -> None:
+        """Write the figure, under `name` where no place is given, and say where it is."""
+        from gonio.app.output import console
+        from gonio.plotting.style import save
+
+        target, suffixes = arguments.figure_target(self.out or name)
+        for path in save(figure, target, suffixes, self.force):
+            console().print(f"wrote {path}")
 
 
 @dataclass(frozen=True, kw_only=True)

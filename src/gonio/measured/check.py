@@ -43,7 +43,8 @@ def check(scan: xr.Dataset) -> list[Finding]:
         what = f"scans lie side by side along {', '.join(lanes)}"
         return [Finding(Severity.NOTE, what, "gonio fit-stack fits each")]
     flat = flatten(scan)
-    found = [*_units(flat), *_angles(flat), *_values(flat), *_duplicates(flat, flat is not scan), *_coverage(flat)]
+    found = [*_units(flat), *_angles(flat), *_values(flat), *_uncertainties(flat)]
+    found += [*_duplicates(flat, flat is not scan), *_coverage(flat)]
     order = list(Severity)
     return sorted(found, key=lambda finding: order.index(finding.severity))
 
@@ -101,6 +102,11 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         found.append(
             Finding(Severity.NOTE, f"{masked} values are masked", "they stay in the file and take no part in fits")
         )
+    return found
+
+
+def _uncertainties(scan: xr.Dataset) -> list[Finding]:
+    used, found = in_use(scan), []
     if "uncertainty" in scan:
         unknown = used & ~(scan["uncertainty"].values > 0)
         if unknown.any():

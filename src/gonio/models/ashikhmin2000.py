@@ -6,9 +6,10 @@ from typing import Annotated
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.distributions import draw_cosine_power
 from gonio.optics.facets import cosine_power_normals
 from gonio.optics.fresnel import schlick
-from gonio.optics.sampling import COSINE, FacetNormals, draw_cosine_power
+from gonio.optics.sampling import COSINE, FacetNormals
 
 Specular = Annotated[float, Parameter(0.5, 0.0, 1.0, "specular reflectance at normal incidence")]
 Exponent = Annotated[float, Parameter(50.0, 0.0, 100000.0, "exponent of the distribution of facet normals")]

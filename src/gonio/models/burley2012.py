@@ -6,9 +6,10 @@ from typing import Annotated
 from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter, drawn_by
+from gonio.optics.distributions import draw_gtr
 from gonio.optics.facets import ggx_slopes, gtr_normals, reflected
 from gonio.optics.masking import ggx_lambda, smith_uncorrelated
-from gonio.optics.sampling import COSINE, Either, FacetNormals, VisibleGGX, draw_gtr
+from gonio.optics.sampling import COSINE, Either, FacetNormals, VisibleGGX
 
 Base = Annotated[float, Parameter(0.5, 0.0, 1.0, "linear base value")]
 Metallic = Annotated[float, Parameter(0.0, 0.0, 1.0, "from dielectric to metal")]

@@ -3,10 +3,11 @@
 from gonio.geometry import Geometry
 from gonio.model import Model, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_beckmann
 from gonio.optics.facets import TotalSlope, beckmann_slopes, reflected
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.masking import v_groove
-from gonio.optics.sampling import FacetNormals, draw_beckmann
+from gonio.optics.sampling import FacetNormals
 
 NORMALS = FacetNormals(beckmann_slopes, draw_beckmann, of=lambda m, **_: (m,))
 

@@ -10,11 +10,12 @@ from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.models.guo2023 import HalfWidth, reciprocal_lorentz_lobe
+from gonio.optics.distributions import draw_beckmann, draw_gtr
 from gonio.optics.facets import beckmann_slopes, gtr_normals
 from gonio.optics.fresnel import schlick
 from gonio.optics.kirchhoff import shift_squared
 from gonio.optics.lorentz import profile
-from gonio.optics.sampling import FacetNormals, draw_beckmann, draw_gtr
+from gonio.optics.sampling import FacetNormals
 
 Normal = Annotated[float, Parameter(0.1, 0.005, 1.0, "reflectance of a facet at normal incidence (F0)")]
 Phase = Annotated[float, Parameter(1.0, 0.05, 10.0, "rms phase of the heights at normal incidence, 4 pi sigma/lambda")]

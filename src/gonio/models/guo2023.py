@@ -6,9 +6,10 @@ from typing import Annotated
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerDegree, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian, uniform
+from gonio.optics.distributions import draw_lorentz_angle, lorentz_angle
 from gonio.optics.facets import gaussian_facets
 from gonio.optics.lorentz import hemispherical_integral, profile
-from gonio.optics.sampling import PolarLobe, draw_lorentz_angle, lorentz_angle
+from gonio.optics.sampling import PolarLobe
 from gonio.units import to_radians
 
 HalfWidth = Annotated[

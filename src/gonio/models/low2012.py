@@ -7,10 +7,11 @@ from gonio.arrays import namespace
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_power, power_normals
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.kirchhoff import shift_squared
 from gonio.optics.masking import v_groove
-from gonio.optics.sampling import FacetNormals, ShiftedPower, draw_power, power_normals
+from gonio.optics.sampling import FacetNormals, ShiftedPower
 
 Sharpness = Annotated[float, Parameter(100.0, 0.0, 1e6, "sharpness of the lobe (B)")]
 Fall = Annotated[float, Parameter(1.2, 0.0, 5.0, "exponent of the wing (C)")]

@@ -7,9 +7,10 @@ from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_cosine_power
 from gonio.optics.facets import cosine_power_normals, reflected
 from gonio.optics.masking import v_groove
-from gonio.optics.sampling import COSINE, CosineLobe, Either, FacetNormals, draw_cosine_power
+from gonio.optics.sampling import COSINE, CosineLobe, Either, FacetNormals
 
 Shininess = Annotated[float, Parameter(20.0, 0.0, 1e4, "exponent of the lobe")]
 

@@ -4,10 +4,11 @@ from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Model, MuellerPerSteradian, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_gaussian
 from gonio.optics.facets import Slope, gaussian_slopes, reflected
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.mueller import reflection
-from gonio.optics.sampling import FacetNormals, draw_gaussian
+from gonio.optics.sampling import FacetNormals
 
 NORMALS = FacetNormals(gaussian_slopes, draw_gaussian, of=lambda sigma, **_: (sigma,))
 

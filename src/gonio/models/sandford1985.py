@@ -6,8 +6,9 @@ from typing import Annotated
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.optics.distributions import draw_ggx
 from gonio.optics.facets import ggx_slopes
-from gonio.optics.sampling import COSINE, Either, FacetNormals, draw_ggx
+from gonio.optics.sampling import COSINE, Either, FacetNormals
 
 Diffuse = Annotated[float, Parameter(0.3, 0.0, 1.0, "diffuse hemispherical reflectance")]
 Emissivity = Annotated[float, Parameter(0.4, 0.0, 1.0, "hemispherical emissivity")]

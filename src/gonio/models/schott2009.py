@@ -7,11 +7,12 @@ from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import angle_normals, draw_angle
 from gonio.optics.facets import reflected
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.masking import v_groove
 from gonio.optics.quadrature import unit_interval
-from gonio.optics.sampling import FacetNormals, angle_normals, draw_angle
+from gonio.optics.sampling import FacetNormals
 from gonio.units import to_radians
 
 Tilt = Annotated[float, Parameter(12.0, 1.0, 45.0, "standard deviation of the facet tilt", "deg")]

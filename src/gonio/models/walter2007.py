@@ -5,10 +5,11 @@ from typing import Annotated
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_student
 from gonio.optics.facets import TotalSlope, Width, beckmann_slopes, ggx_slopes, reflected, student_slopes
 from gonio.optics.fresnel import Extinction, Index, unpolarised
 from gonio.optics.masking import beckmann_lambda, ggx_visibility, smith, student_lambda
-from gonio.optics.sampling import FacetNormals, VisibleBeckmann, VisibleGGX, draw_student
+from gonio.optics.sampling import FacetNormals, VisibleBeckmann, VisibleGGX
 
 Tail = Annotated[float, Parameter(2.5, 1.55, 40.0, "exponent of the tail: 2 is GGX, large is Beckmann")]
 

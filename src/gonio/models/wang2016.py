@@ -7,8 +7,9 @@ from gonio.arrays import namespace
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerDegree, drawn_by
 from gonio.optics.diffuse import uniform
+from gonio.optics.distributions import draw_gaussian_angle, gaussian_angle
 from gonio.optics.facets import gaussian_facets
-from gonio.optics.sampling import PolarLobe, draw_gaussian_angle, gaussian_angle
+from gonio.optics.sampling import PolarLobe
 from gonio.units import to_radians
 
 LobeWidth = Annotated[float, Parameter(32.0, 1.0, 720.0, "standard deviation of the directional-diffuse lobe", "deg")]

@@ -6,8 +6,9 @@ from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_elliptical
 from gonio.optics.facets import beckmann_slopes
-from gonio.optics.sampling import FacetNormals, draw_elliptical
+from gonio.optics.sampling import FacetNormals
 
 AlphaX = Annotated[float, Parameter(0.2, 0.01, 0.6, "width of the lobe along the surface's x axis")]
 AlphaY = Annotated[float, Parameter(0.2, 0.01, 0.6, "width of the lobe across the surface's x axis")]

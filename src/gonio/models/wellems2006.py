@@ -6,11 +6,12 @@ from gonio.arrays import Array
 from gonio.geometry import Geometry
 from gonio.model import Model, MuellerPerSteradian, Parameter, drawn_by
 from gonio.optics.diffuse import lambertian
+from gonio.optics.distributions import draw_student
 from gonio.optics.facets import hyper_cauchy_slopes, reflected
 from gonio.optics.fresnel import Extinction, Index
 from gonio.optics.masking import v_groove
 from gonio.optics.mueller import reflection
-from gonio.optics.sampling import FacetNormals, draw_student
+from gonio.optics.sampling import FacetNormals
 
 Spread = Annotated[float, Parameter(0.2, 0.01, 1.0, "width of the hyper-Cauchy distribution, as a slope")]
 Tail = Annotated[float, Parameter(1.8, 1.1, 20.0, "exponent of the tail: 2 is GGX, large is Gaussian")]

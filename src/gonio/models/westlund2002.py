@@ -7,9 +7,10 @@ from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics import masking
 from gonio.optics.diffuse import uniform
+from gonio.optics.distributions import draw_gtr
 from gonio.optics.facets import gtr_normals
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.sampling import COSINE, FacetNormals, draw_gtr
+from gonio.optics.sampling import COSINE, FacetNormals
 
 Width = Annotated[float, Parameter(0.2, 0.01, 2.0, "width of the first-surface function, as a slope")]
 Tau = Annotated[float, Parameter(14.0, 1.0, 180.0, "fall of the shadowing with the local angle of incidence", "deg")]

@@ -11,8 +11,9 @@ from typing import Annotated
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
 from gonio.model import Parameter, PerSteradian, drawn_by
+from gonio.optics.distributions import draw_gaussian
 from gonio.optics.masking import v_groove
-from gonio.optics.sampling import FacetNormals, draw_gaussian
+from gonio.optics.sampling import FacetNormals
 
 MIRROR = 1e-30  # squared slope, in units of the width, below which a facet is not tilted
 

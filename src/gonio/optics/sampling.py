@@ -12,18 +12,15 @@ from dataclasses import dataclass
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
 from gonio.model import Sampler
+from gonio.optics.distributions import Slopes, at_least, distance_density, draw_distance, sine_over_angle, turned
 from gonio.optics.phase import guarded_root
 
 Directed = tuple[Array, Array, Array]
-Slopes = tuple[Array, Array]
 Law = Callable[..., tuple[Array, ...]]
 
-QUARTER = (math.pi / 2) ** 2  # squared angle from the normal to the horizon [rad^2]
 FARTHEST = 4.0  # squared distance of two directions in direction cosines
 BISECTIONS, NEWTON_STEPS = 8, 16  # the second finish what the first have bracketed to a twentieth
 BEYOND = 7.0  # Gaussian slopes over sqrt(2) sigma beyond this have probability 1e-22
-NEAR = 1e-6  # a limit is approached so far where a formula has none, and still has ten digits
-LARGEST_LOG = 60.0  # squared slopes stay below e^60, because single precision ends at e^88
 
 
 @dataclass(frozen=True)
@@ -55,12 +52,12 @@ class RetroLobe:
     of: Law
 
     def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
-        (c,) = _above(1e-9, *self.of(**shape))
+        (c,) = at_least(1e-9, *self.of(**shape))
         xp = namespace(u)
         return _about((x_i, y_i, z_i), -xp.log1p(u * xp.expm1(-2 * c)) / c, v)
 
     def density(self, g: Geometry, **shape: Array) -> Array:
-        (c,) = _above(1e-9, *self.of(**shape))
+        (c,) = at_least(1e-9, *self.of(**shape))
         missing = 1 - _cosine(g, 1.0)
         xp = namespace(missing)
         return c * xp.exp(-c * missing) / (-2 * math.pi * xp.expm1(-2 * c))
@@ -77,12 +74,12 @@ class PolarLobe:
     def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
         xp = namespace(u)
         theta = xp.sqrt(self.angle(u, *self.of(**shape)))
-        x, y = _turned(xp.sin(theta), v)
+        x, y = turned(xp.sin(theta), v)
         return x, y, xp.cos(theta)
 
     def density(self, g: Geometry, **shape: Array) -> Array:
         theta = g.theta_r_deg * (math.pi / 180)
-        return self.law(theta**2, *self.of(**shape)) / (math.pi * _sine_over_angle(theta))
+        return self.law(theta**2, *self.of(**shape)) / (math.pi * sine_over_angle(theta))
 
 
 @dataclass(frozen=True)
@@ -117,7 +114,7 @@ class VisibleGGX:
         along, across = self.of(**shape)
         x, y, z = _unit(along * x_i, across * y_i, z_i)
         drop = u * (1 + z)  # 1 - cos of the tilt in the cap
-        cap_x, cap_y = _turned(guarded_root(drop * (2 - drop)), v)
+        cap_x, cap_y = turned(guarded_root(drop * (2 - drop)), v)
         up = (1 + z) * (1 - u)
         return _mirrored(x_i, y_i, z_i, along * (cap_x + x) / up, across * (cap_y + y) / up)
 
@@ -168,7 +165,7 @@ class ShiftedPower:
 
     def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
         xp = namespace(u)
-        x, y = _turned(xp.sqrt(_draw_power(u, FARTHEST, *self.of(**shape))), v)
+        x, y = turned(xp.sqrt(draw_distance(u, FARTHEST, *self.of(**shape))), v)
         x, y = x - x_i, y - y_i
         squared = 1 - x * x - y * y
         lost = squared <= 0
@@ -176,7 +173,7 @@ class ShiftedPower:
 
     def density(self, g: Geometry, **shape: Array) -> Array:
         x, y = g.x_i + g.x_r, g.y_i + g.y_r
-        return _power(x * x + y * y, FARTHEST, *self.of(**shape)) / math.pi * g.z_r
+        return distance_density(x * x + y * y, FARTHEST, *self.of(**shape)) / math.pi * g.z_r
 
 
 @dataclass(frozen=True)
@@ -204,131 +201,6 @@ class Either:
 
 
 COSINE = CosineLobe(of=lambda **_: (1.0, 0.0))
-
-
-def draw_gaussian(u: Array, v: Array, sigma: Array) -> Slopes:
-    """Gaussian slopes of rms `sigma` per axis."""
-    return draw_elliptical(u, v, math.sqrt(2) * sigma, math.sqrt(2) * sigma)
-
-
-def draw_beckmann(u: Array, v: Array, m: Array) -> Slopes:
-    """Gaussian slopes of total rms `m`."""
-    return draw_elliptical(u, v, m, m)
-
-
-def draw_elliptical(u: Array, v: Array, along: Array, across: Array) -> Slopes:
-    """Gaussian slopes of rms along/sqrt(2) and across/sqrt(2)."""
-    xp = namespace(u)
-    x, y = _turned(xp.sqrt(-xp.log1p(-u)), v)
-    return along * x, across * y
-
-
-def draw_student(u: Array, v: Array, width: Array, c: Array) -> Slopes:
-    """Slopes by Student's t of exponent `c` > 1."""
-    xp = namespace(u)
-    exponent = xp.log1p(-u) / (1 - c)
-    squared = (c - 1) * xp.expm1(xp.where(exponent > LARGEST_LOG, LARGEST_LOG, exponent))
-    return _turned(width * xp.sqrt(squared), v)
-
-
-def draw_ggx(u: Array, v: Array, width: Array) -> Slopes:
-    """Slopes by GGX."""
-    return draw_student(u, v, width, 2.0)
-
-
-def draw_cosine_power(u: Array, v: Array, n: Array) -> Slopes:
-    """Slopes of normals by Blinn's power of the cosine (blinn1977), n > -2."""
-    xp = namespace(u)
-    return _turned(xp.sqrt(xp.expm1(-2 * xp.log1p(-u) / (n + 2))), v)
-
-
-def draw_gtr(u: Array, v: Array, width: Array, c: Array) -> Slopes:
-    """Slopes by generalised Trowbridge and Reitz of exponent `c` >= 1 (burley2012)."""
-    xp = namespace(u)
-    fall = 1 - c - 0 * u  # an array, whatever `c` is
-    fall = xp.where(fall > -NEAR, -NEAR, fall)
-    squared = xp.where(xp.abs(width - 1) < NEAR, 1 - NEAR, width) ** 2
-    least = xp.log(squared)
-    risen = xp.log1p(u * xp.expm1(-fall * least)) / fall
-    return _turned(xp.sqrt(-squared * xp.expm1(risen) / xp.expm1(least + risen)), v)
-
-
-def power_normals(g: Geometry, B: Array, C: Array) -> Array:
-    """Normals by (1 + B (1 - cos alpha))^-C per solid angle."""
-    tilt = g.tan_alpha_squared * g.cos_alpha**2 / (1 + g.cos_alpha)
-    return _power(tilt, 1.0, B, C) / (2 * math.pi * g.cos_alpha)
-
-
-def draw_power(u: Array, v: Array, B: Array, C: Array) -> Slopes:
-    """Slopes by the same."""
-    tilt = _draw_power(u, 1.0, B, C)
-    xp = namespace(tilt)
-    cos = 1 - tilt
-    return _turned(xp.sqrt(tilt * (2 - tilt)) / xp.where(cos < 1e-12, 1e-12, cos), v)
-
-
-def angle_normals(g: Geometry, width: Array) -> Array:
-    """Normals by a Gaussian of the tilt angle, `width` [rad], whose squared angle is what is drawn."""
-    tan2 = g.tan_alpha_squared
-    xp = namespace(tan2)
-    flat = tan2 < 1e-24
-    alpha = xp.where(flat, 0.0, xp.atan(xp.sqrt(xp.where(flat, 1.0, tan2))))
-    return gaussian_angle(alpha**2, width) / (math.pi * _sine_over_angle(alpha) * g.cos_alpha)
-
-
-def draw_angle(u: Array, v: Array, width: Array) -> Slopes:
-    """Slopes by the same."""
-    xp = namespace(u)
-    return _turned(xp.tan(xp.sqrt(draw_gaussian_angle(u, width))), v)
-
-
-def gaussian_angle(squared: Array, width: Array) -> Array:
-    """Density of the squared angle [1/rad^2] of a Gaussian of `width` [rad] that ends at the horizon."""
-    xp = namespace(squared)
-    twice = 2 * width**2
-    return -xp.exp(-squared / twice) / (twice * xp.expm1(-QUARTER / twice))
-
-
-def draw_gaussian_angle(u: Array, width: Array) -> Array:
-    """Squared angle [rad^2] by the same."""
-    xp = namespace(u)
-    twice = 2 * width**2
-    return -twice * xp.log1p(u * xp.expm1(-QUARTER / twice))
-
-
-def lorentz_angle(squared: Array, width: Array) -> Array:
-    """Density of the squared angle [1/rad^2] of a Lorentzian of half width `width` [rad] that ends at the horizon."""
-    return 1 / ((squared + width**2) * namespace(squared).log1p(QUARTER / width**2))
-
-
-def draw_lorentz_angle(u: Array, width: Array) -> Array:
-    """Squared angle [rad^2] by the same."""
-    xp = namespace(u)
-    return width**2 * xp.expm1(u * xp.log1p(QUARTER / width**2))
-
-
-def _power(s: Array, end: float, B: Array, C: Array) -> Array:
-    """Density of s in 0..end that falls as (1 + B s)^-C."""
-    B, fall, whole = _power_law(end, B, C)
-    return (1 + B * s) ** (fall - 1) * B * fall / whole
-
-
-def _draw_power(u: Array, end: float, B: Array, C: Array) -> Array:
-    xp = namespace(u)
-    B, fall, whole = _power_law(end, B, C)
-    return xp.expm1(xp.log1p(u * whole) / fall) / B
-
-
-def _power_law(end: float, B: Array, C: Array) -> tuple[Array, Array, Array]:
-    """B, 1 - C and (1 + B end)^(1 - C) - 1, kept off the limits B = 0 and C = 1, where the digits still suffice."""
-    (B,) = _above(1e-9, B)
-    xp = namespace(B)
-    fall = xp.where(xp.abs(1 - C) < NEAR, NEAR, 1 - C)
-    return B, fall, xp.expm1(fall * xp.log1p(B * end))
-
-
-def _above(least: float, *values: Array) -> tuple[Array, ...]:
-    return tuple(namespace(value).where(value < least, least, value) for value in values)
 
 
 def _visible_slope(u: Array, cos: Array, sin: Array) -> Array:
@@ -395,7 +267,7 @@ def _unit(x: Array, y: Array, z: Array) -> Directed:
 def _about(axis: Directed, drop: Array, v: Array) -> Directed:
     """The direction at 1 - cos = `drop` from an upward `axis`, turned by v (frame of duff2017)."""
     x, y, z = axis
-    across, aside = _turned(guarded_root(drop * (2 - drop)), v)
+    across, aside = turned(guarded_root(drop * (2 - drop)), v)
     a = 1 / (1 + z)
     along = 1 - drop
     return (
@@ -403,14 +275,3 @@ def _about(axis: Directed, drop: Array, v: Array) -> Directed:
         aside * (1 - y * y * a) - across * x * y * a + along * y,
         along * z - across * x - aside * y,
     )
-
-
-def _turned(radius: Array, v: Array) -> Slopes:
-    xp = namespace(v)
-    return radius * xp.cos(2 * math.pi * v), radius * xp.sin(2 * math.pi * v)
-
-
-def _sine_over_angle(angle: Array) -> Array:
-    xp = namespace(angle)
-    small = angle < 1e-6
-    return xp.where(small, 1.0, xp.sin(angle) / xp.where(small, 1.0, angle))

@@ -5,10 +5,9 @@ from typing import Annotated
 
 import typer
 
-from gonio.app import arguments, options
+from gonio.app import arguments
 from gonio.app.model_options import SurfaceOptions
-from gonio.app.options import ModelArgument
-from gonio.app.output import console
+from gonio.app.options import FigureOptions, ModelArgument
 
 
 class Drawing(StrEnum):
@@ -22,19 +21,15 @@ class Drawing(StrEnum):
 def command(
     model: ModelArgument,
     surface: SurfaceOptions,
+    output: FigureOptions,
     figure: Annotated[Drawing, typer.Option("--figure", help="what to draw")] = Drawing.CURVES,
     theta_i: Annotated[str, typer.Option("--theta-i", metavar="DEG,..", help="incidence angles")] = "30,60",
     stokes: Annotated[str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for dolp")] = "1,0,0,0",
-    out: options.Figure = "",
-    force: options.Force = False,
 ) -> None:
     """Draw a model: curves, hemisphere, or polarisation."""
     from gonio.app.views import figures
-    from gonio.plotting.style import save
 
     drawn = figures.draw_model(
         figure.value, surface.of(model), arguments.incidence_angles(theta_i), arguments.stokes(stokes)
     )
-    target, suffixes = arguments.figure_target(out or f"{model}-{figure.value}")
-    for path in save(drawn, target, suffixes, force):
-        console().print(f"wrote {path}")
+    output.save(drawn, f"{model}-{figure.value}")

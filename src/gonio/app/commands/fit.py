@@ -1,9 +1,8 @@
 """`gonio fit`: one model fitted to a scan, or to several jointly."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
-
-import typer
 
 from gonio import Problem, catalogue
 from gonio import fit as fit_problem
@@ -17,12 +16,21 @@ from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.options import Option
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gonio.app.views.fit.certainty import Certainty
     from gonio.comparison import Row
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitOptions:
+    """Whether scans are fitted together, and where the results go."""
+
+    joint: Annotated[bool, Option("several scans at once: weights one a scan, the shape shared")] = False
+    out: Annotated[str, Option("write the solution, its JSON and figures", metavar="DIR")] = ""
 
 
 def command(
@@ -32,26 +40,24 @@ def command(
     search: SearchOptions,
     scan: ScanOptions,
     certainty: CertaintyOptions,
+    fitted: FitOptions,
     output: OutputOptions,
-    joint: Annotated[
-        bool, typer.Option("--joint", help="several scans at once: weights one a scan, the shape shared")
-    ] = False,
-    out: Annotated[str, typer.Option("--out", metavar="DIR", help="write the solution, its JSON and figures")] = "",
 ) -> None:
     """Fit one model to a scan, or to several jointly: values, uncertainties, metrics."""
-    data = scan.read_joint(scans, joint)
+    data = scan.read_joint(scans, fitted.joint)
     asked = Problem(catalogue[model], data, **problem.given())
     certainty.refuse_unfit(asked)
+    out = Path(fitted.out) if fitted.out else None
     if out:
-        refuse_existing(Path(out), output.force)
+        refuse_existing(out, output.force)
     with progress_bar(f"fitting {model}") as progress:
         row = assess(asked, fit_problem(asked, search.chosen(), progress, certainty.covariance))
     scrutiny = scrutinise(asked, row.solution.vector(asked.names))
     answers = ask(asked, row.solution, certainty, search.seed)
     record = fit_report.solution_record(row, scrutiny, answers)
     if out:
-        emit_json(record, str(Path(out) / "fit.json"), output.force)
-        _write(Path(out), data, row, answers, output.force)
+        emit_json(record, str(out / "fit.json"), output.force)
+        _write(out, data, row, answers, output.force)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, fit_report.lines(which, row, scrutiny, answers))
     if out and output.json != "-":

@@ -25,6 +25,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StackOptions:
+    """What of a stack is one fit, and which uncertainties its values get."""
+
+    each: Annotated[
+        tuple[str, ...], Option("fit each value for itself, as in wavelength, not jointly", metavar="COORD")
+    ] = ()
+    covariance: Annotated[str, Option(one_of(COVARIANCES))] = DEFAULT
+
+
+@dataclass(frozen=True, kw_only=True)
 class ClusterOptions:
     """Which processes fit the blocks, and on what."""
 
@@ -51,15 +61,11 @@ def command(
         Path,
         typer.Option("--out", metavar="OUT.zarr", help="where the results and the manifest go", show_default=False),
     ],
+    fits: StackOptions,
     problem: ProblemOptions,
     search: SearchOptions,
     cluster: ClusterOptions,
     output: OutputOptions,
-    each: Annotated[
-        list[str],
-        typer.Option("--each", metavar="COORD", help="fit each value for itself, as in wavelength, not jointly"),
-    ] = [],  # noqa: B006 - typer reads the default and never changes it
-    covariance: Annotated[str, typer.Option("--covariance", help=one_of(COVARIANCES))] = DEFAULT,
 ) -> None:
     """Fit one model to every scan of a stack, on all cores or on a cluster; a run that was ended goes on.
 
@@ -76,9 +82,9 @@ def command(
     """
     if output.json not in ("", "-"):
         refuse_existing(Path(output.json), output.force)
-    settings: dict[str, Any] = {"covariance": covariance, "precision": cluster.precision, "device": cluster.device}
+    settings: dict[str, Any] = {"covariance": fits.covariance, "precision": cluster.precision, "device": cluster.device}
     settings["solver"] = search.chosen(FOR_MANY)
-    asked = StackFit(catalogue[model], stack, out, tuple(each), problem, settings, cluster.block)
+    asked = StackFit(catalogue[model], stack, out, fits.each, problem, settings, cluster.block)
     run = prepare(asked, output.force)
     seconds = _fitted(run, cluster, output.force) if run.todo else 0.0
     record = stack_report.record(run, stack, out, seconds)

@@ -1,16 +1,15 @@
 """`gonio plot`: a scan drawn with the models fitted to it."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
 
-import typer
-
 from gonio import compare
-from gonio.app import arguments, options
-from gonio.app.options import Models, ScanOptions, Scans, chosen_models
-from gonio.app.output import console, progress_bar
+from gonio.app.options import FigureOptions, ScanOptions, Scans, chosen_models
+from gonio.app.output import progress_bar
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.options import Option
 
 
 class Figure(StrEnum):
@@ -25,30 +24,35 @@ class Figure(StrEnum):
     ERRORS = "errors"
 
 
+@dataclass(frozen=True, kw_only=True)
+class DrawingOptions:
+    """What is drawn, and how."""
+
+    figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
+    models: Annotated[str, Option("names, family (the paper's) or all", metavar="A,B")] = (
+        "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
+    )
+    normalised: Annotated[bool, Option("curves over their specular value")] = False
+    band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
+
+
 def command(
     scans: Scans,
+    drawing: DrawingOptions,
     problem: ProblemOptions,
     search: SearchOptions,
     scan: ScanOptions,
-    figure: Annotated[Figure, typer.Option("--figure", help="what to draw")] = Figure.CURVES,
-    models: Models = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz",
-    normalised: Annotated[bool, typer.Option("--normalised", help="curves over their specular value")] = False,
-    band: Annotated[bool, typer.Option("--band", help="shade the 95 % band of every fit")] = False,
-    out: options.Figure = "",
-    force: options.Force = False,
+    output: FigureOptions,
 ) -> None:
     """Draw a scan and the models fitted to it."""
     from gonio.app.views import figures
-    from gonio.plotting.style import save
 
-    chosen, solver = chosen_models(models), search.chosen()
-    target, suffixes = arguments.figure_target(out or f"{scans[0].stem}-{figure.value}")
+    models, solver, kind = chosen_models(drawing.models), search.chosen(), drawing.figure.value
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
             data = scan.read(path)
-            rows = compare(data, chosen, solver=solver, progress=progress, **problem.given())
+            rows = compare(data, models, solver=solver, progress=progress, **problem.given())
             ranked[path.stem] = (data, rows)
-    drawn = figures.draw(figure.value, ranked, normalised=normalised, banded=band)
-    for path in save(drawn, target, suffixes, force):
-        console().print(f"wrote {path}")
+    drawn = figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band)
+    output.save(drawn, f"{scans[0].stem}-{kind}")

@@ -32,6 +32,7 @@ from gonio.plotting.residuals import residuals
 from gonio.plotting.style import house_style
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 Rows = Sequence[Sequence[Any]]
@@ -183,23 +184,9 @@ def _drawings(study: Study) -> dict[str, Draw]:
     """Every figure of the page by name, not yet drawn."""
     out: dict[str, Draw] = {}
     for surface in study.surfaces:
-        name = surface.constants.name
-        kept = np.flatnonzero(np.isin(flatten(surface.scan)["theta_i"].values, COMPARED_AT))
-        scan = flatten(surface.scan).isel(direction=kept)
-        fits = predictors(surface.rows)
-        title = f"{name}, simulated"
-        out[f"curves_{name}"] = functools.partial(curves, scan, fits, title=title, normalised=True)
-        out[f"components_{name}"] = functools.partial(
-            components,
-            scan,
-            surface.model,
-            surface.free.components,
-            title=f"{title}: the three components",
-        )
+        out |= _drawings_of(surface)
     al, sr = study.surfaces[0], next(s for s in study.surfaces if s.constants.name == "SR107")
-    kept = np.flatnonzero(np.isin(flatten(al.scan)["theta_i"].values, COMPARED_AT))
-    at = flatten(al.scan).isel(direction=kept)
-    out["residuals"] = functools.partial(residuals, at, predictors(al.rows), title="Al, simulated")
+    out["residuals"] = functools.partial(residuals, _compared(al), predictors(al.rows), title="Al, simulated")
     samples = {s.constants.name: (40.0, s.brdf(40.0)) for s in study.surfaces}
     out["figure8"] = functools.partial(hemisphere, samples, unit="a.u.", title="Published constants, as Fig 8")
     angles = {f"SR107 ({letter})": a for letter, a in zip("abcd", (20.0, 30.0, 40.0, 50.0), strict=True)}
@@ -221,6 +208,24 @@ def _drawings(study: Study) -> dict[str, Draw]:
     histories = {s.constants.name: s.annealed.dataset["history"].values / s.exact.cost for s in study.surfaces}
     out["convergence"] = functools.partial(convergence, histories, exact=1.0, relative=True)
     return out
+
+
+def _drawings_of(surface: Sample) -> dict[str, Draw]:
+    """Curves and components of one surface."""
+    scan, name = _compared(surface), surface.constants.name
+    title = f"{name}, simulated"
+    return {
+        f"curves_{name}": functools.partial(curves, scan, predictors(surface.rows), title=title, normalised=True),
+        f"components_{name}": functools.partial(
+            components, scan, surface.model, surface.free.components, title=f"{title}: the three components"
+        ),
+    }
+
+
+def _compared(surface: Sample) -> "xr.Dataset":
+    """The scan at the incidence angles that the paper compares at."""
+    scan = flatten(surface.scan)
+    return scan.isel(direction=np.flatnonzero(np.isin(scan["theta_i"].values, COMPARED_AT)))
 
 
 _LABELS = {"torrance-sparrow": "T-S", "t-c": "T-C", "cauchy-lorentz": "Cauchy-Lorentz"}

@@ -91,18 +91,23 @@ def annealed(
     nothing = jnp.zeros(count, dtype=bool)
     start = _Walk(unit, cost, unit, cost, cost + jnp.inf, nothing, schedule.initial, jnp.asarray(1))
     end = jax.lax.while_loop(going, one, start)
-    best = jnp.argmin(end.best_cost.reshape(-1, chains), axis=1) + chains * jnp.arange(keys.shape[0])
+    return _best_of(layout, lanes, end, schedule, chains)
+
+
+def _best_of(layout: Layout, lanes: LaneArrays, end: _Walk, schedule: Schedule, chains: int) -> State:
+    """The best chain of each lane as the end of a search: a weight at its bound is said to be there."""
+    count = lanes.target.shape[-1]
+    best = jnp.argmin(end.best_cost.reshape(-1, chains), axis=1) + chains * jnp.arange(count)
     at = end.best[:, best]
-    found, weights = _objective(layout, lanes, at)
-    shape = at[layout.n :]
+    cost, weights = _objective(layout, lanes, at)
     low, high = at[: layout.n] <= 0, (at[: layout.n] >= 1) & jnp.isfinite(lanes.upper)
     cooled = (end.temperature < schedule.final) | end.done[best]
-    return begin(layout, lanes, shape)._replace(
+    return begin(layout, lanes, at[layout.n :])._replace(
         weights=weights,
         side=high.astype(jnp.int32) - low.astype(jnp.int32),
-        cost=found,
+        cost=cost,
         done=cooled,
-        steps=jnp.full(found.shape, chains, dtype=jnp.int32) * end.iteration.astype(jnp.int32),
+        steps=jnp.full(cost.shape, chains, dtype=jnp.int32) * end.iteration.astype(jnp.int32),
     )
 
 

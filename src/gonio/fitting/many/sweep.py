@@ -67,7 +67,6 @@ def bounded(gram: Array, rhs: Array, lower: Array, upper: Array, side: Array) ->
     n = gram.shape[0]
     slack = 16 * float(np.finfo(gram.dtype).eps)
     at_low, at_high = jnp.where(jnp.isfinite(low), low, 0.0), jnp.where(jnp.isfinite(high), high, 0.0)
-    order = jnp.arange(n)[:, None]
 
     def solved(side: Array) -> tuple[Array, Array]:
         edge = jnp.where(side < 0, at_low, jnp.where(side > 0, at_high, 0.0))
@@ -86,10 +85,7 @@ def bounded(gram: Array, rhs: Array, lower: Array, upper: Array, side: Array) ->
         changes = jnp.sum(change != 0, axis=0)
         fewer = changes < fewest
         patience = jnp.where(fewer, 3, patience - 1)
-        last = jnp.max(jnp.where(change != 0, order, -1), axis=0)
-        taken = jnp.where(patience >= 0, change, jnp.where(order == last, change, 0))
-        side = jnp.where(taken == 2, 0, jnp.where(jnp.abs(taken) == 1, taken, side))
-        x, change = solved(side)
+        x, change = solved(side := _moved(side, change, patience >= 0))
         return side, x, change, jnp.minimum(changes, fewest), patience, count + 1
 
     none = jnp.full(rhs.shape, 3)  # changes nothing, and has to be looked at
@@ -105,3 +101,11 @@ def bounded(gram: Array, rhs: Array, lower: Array, upper: Array, side: Array) ->
     side, x, *_ = jax.lax.while_loop(going, one, start)
     inside = jnp.clip(x / length, lower, upper)
     return jnp.where(side < 0, lower, jnp.where(side > 0, upper, inside)), side  # a bound is met to the last bit
+
+
+def _moved(side: Array, change: Array, all_at_once: Array) -> Array:
+    """The bounds at which values are after a change: of all that change, or of the last of them alone."""
+    order = jnp.arange(len(side))[:, None]
+    last = jnp.max(jnp.where(change != 0, order, -1), axis=0)
+    taken = jnp.where(all_at_once, change, jnp.where(order == last, change, 0))
+    return jnp.where(taken == 2, 0, jnp.where(jnp.abs(taken) == 1, taken, side))

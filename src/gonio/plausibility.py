@@ -130,7 +130,7 @@ def _exchange(there: Values, back: Values, place: Callable[[int], str], toleranc
     both = (there > 0) & (back > 0)
     if not both.any():
         return Verdict("reciprocity", None, {}, "", "no pair of exchanged directions has positive values")
-    ratio = np.log(there[both] / back[both])
+    ratio = np.log(there[both]) - np.log(back[both])  # no quotient: measured values may lie 600 decades apart
     worst = int(np.argmax(np.abs(ratio)))
     figures = {
         "pairs": float(both.sum()),

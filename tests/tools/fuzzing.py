@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # as pytest does
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from gonio import formats as registry
-from outcomes import attempt
+from outcomes import EVERY_DOOR, attempt
 from places import ROOT
 from seeds import EASY, damaged, put, seeds
 from workers import Process, Tally, Worker
@@ -152,8 +152,8 @@ def main() -> int:
     if chosen.worker:
         Worker(chosen.worker).serve()
         return 0
-    names = list(registry.formats()) if chosen.formats == "all" else chosen.formats.split(",")
-    names = [registry.formats()[name].name for name in names]
+    names = [*registry.formats(), *EVERY_DOOR] if chosen.formats == "all" else chosen.formats.split(",")
+    names = [name if name in EVERY_DOOR else registry.formats()[name].name for name in names]
     if chosen.only is not None:
         path = saved(names[0], chosen.seed, chosen.only)
         print(path, *attempt(path, names[0]))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from doors import through_doors
 from gonio import formats as registry
 from gonio.files import FormatError
 from gonio.measured.coordinates import SYSTEMS
@@ -15,6 +16,15 @@ from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
 LONGEST = 2.0  # s of processor time for one file
 LONGEST_MESSAGE = 1000  # characters beside the path
 ALLOWED = ("is empty", "no such file", "is a directory", "is not a regular file")  # these have no place
+# Files that go through every door, and what a door says to a file that is of another kind than its own.
+EVERY_DOOR = ("fit", "stack", "scan")
+OF_ANOTHER_KIND = (
+    "is no solution of a fit",
+    "is no Zarr store",
+    "is a directory",
+    "none of the formats",
+    "knows no BRDF",
+)
 AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
 
 
@@ -90,9 +100,17 @@ class TooLong(BaseException):
 
 
 def attempt(path: Path, name: str) -> tuple[str, str, bool]:
-    """Read a file: read, refused or failed; why; and whether it was recognised as the format `name`."""
+    """Read a file: read, refused or failed; why; and whether it was recognised as the format `name`.
+
+    A fit, a stack or a scan of any format goes through every door, and counts as recognised where
+    one of them takes it, or finds what is wrong beyond its kind.
+    """
     reached = False
     try:
+        if name in EVERY_DOOR:
+            said = through_doors(path)
+            reached = not all(any(kind in line for kind in OF_ANOTHER_KIND) for line in said)
+            return ("refused" if all(said) else "read"), "", reached
         found = registry.recognise(path)
         reached = found.name == name
         scan = found.read(path)  # the rest of gonio.read, which asks every format once more

@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 
 import samples
+import stored_files
 from gonio import formats as registry
 from gonio.files import FormatError
 from mutations import choice, mutated
 from places import SHARED
 
+SCAN = "scan"
+STORED = {"fit": stored_files.fits, "stack": stored_files.stack_stores}
 EASY = 2_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
 
 
@@ -64,7 +67,15 @@ def _real_files() -> list[tuple[str, Path]]:
 
 @functools.lru_cache(maxsize=1)  # a format may have 35 MB of them
 def seeds(name: str) -> list[Seed]:
-    """The valid files of a format: its samples, and the real ones beside the project."""
+    """The valid files of a format: its samples, and the real ones beside the project.
+
+    Of `fit` and `stack` those of `stored_files`; of `scan` the smallest file of every format.
+    """
+    if name in STORED:
+        with tempfile.TemporaryDirectory() as folder:
+            return [_content(path) for path in STORED[name](Path(folder))]
+    if name == SCAN:
+        return [min(seeds(kind), key=lambda seed: seed.size) for kind in registry.formats()]
     found, module = [], samples_module(name)
     if module:
         with tempfile.TemporaryDirectory() as folder:

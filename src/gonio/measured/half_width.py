@@ -15,6 +15,7 @@ from gonio.measured.dataset import is_in_plane, points, sets, signed_theta_r
 Values = npt.NDArray[np.float64]
 NEAR_NORMAL = 5.0  # deg: the peak is the top of a parabola about the normal through the points this close to it
 NEAR_CROSSING = 5.0  # deg: the crossing is read from a straight line through the points this close to it
+ONE_ANGLE = 1e-6  # deg: points no farther apart than this give no parabola
 NARROWEST, WIDEST = 1.0, 720.0  # deg: range of half widths when the floor is estimated
 
 
@@ -70,13 +71,18 @@ def _far_sides(flat: xr.Dataset) -> Iterator[tuple[str, float, Values, Values]]:
 
 
 def _read(name: str, theta_i: float, t: Values, f: Values, floor: float | None) -> HalfWidth:
+    # In units of a power of two near the largest value, which changes no digit: squares of values cannot overflow then,
+    # and the tolerance of the non-negative least squares, which is absolute, means the same for every scan.
+    unit = 2.0 ** math.frexp(float(np.max(np.abs(f), initial=0.0)))[1]
+    f = f / unit
+
     def failed(status: Reading, peak: float = math.nan, used: float = math.nan) -> HalfWidth:
-        return HalfWidth(name, theta_i, math.nan, math.nan, peak, used, status)
+        return HalfWidth(name, theta_i, math.nan, math.nan, peak * unit, used * unit, status)
 
     near = t <= NEAR_NORMAL
-    if near.sum() < 2 or len(t) < 5 or t[-1] < 2 * NEAR_NORMAL:
+    if near.sum() < 2 or np.ptp(t[near]) < ONE_ANGLE or len(t) < 5 or t[-1] < 2 * NEAR_NORMAL:
         return failed(Reading.NO_FAR_SIDE)
-    used = _floor(t, f) if floor is None else floor
+    used = _floor(t, f) if floor is None else floor / unit
     peak = float(np.polyfit(t[near] ** 2, f[near], 1)[1]) - used
     if not peak > 0:
         return failed(Reading.NO_LOBE, peak, used)
@@ -84,18 +90,19 @@ def _read(name: str, theta_i: float, t: Values, f: Values, floor: float | None) 
     if not below.size:
         return failed(Reading.NEVER_HALF, peak, used)
     around = np.abs(t - t[below[0]]) <= max(NEAR_CROSSING, 2.5 * float(np.max(np.diff(t))))
-    (slope, offset), residual = _line(t[around], f[around] - used - peak / 2)
+    slope, offset, scatter = _line(t[around], f[around] - used - peak / 2)
     gamma = -offset / slope if slope < 0 else math.nan
     if not 0 < gamma <= t[-1]:
         return failed(Reading.NEVER_HALF, peak, used)
-    scatter = float(np.sqrt(np.sum(residual**2) / max(len(residual) - 2, 1)))
-    spread = float(scatter / abs(slope) * math.sqrt(1 / around.sum() + 1 / (4 * near.sum())))
-    return HalfWidth(name, theta_i, float(gamma), spread, peak, used, Reading.READ)
+    spread = scatter / abs(slope) * math.sqrt(1 / around.sum() + 1 / (4 * near.sum()))
+    return HalfWidth(name, theta_i, gamma, spread, peak * unit, used * unit, Reading.READ)
 
 
-def _line(x: Values, y: Values) -> tuple[Values, Values]:
-    coefficients = np.polyfit(x, y, 1)
-    return coefficients, y - np.polyval(coefficients, x)
+def _line(x: Values, y: Values) -> tuple[float, float, float]:
+    """Slope and offset of the straight line through points, and the standard deviation of the points about it."""
+    slope, offset = np.polyfit(x, y, 1).tolist()
+    residual = y - np.polyval([slope, offset], x)
+    return slope, offset, math.sqrt(float(np.sum(residual**2)) / max(len(residual) - 2, 1))
 
 
 def _floor(t: Values, f: Values) -> float:

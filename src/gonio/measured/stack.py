@@ -53,7 +53,8 @@ def one_scan(stack: xr.Dataset, lanes: Sequence[str]) -> xr.Dataset:
     first = stack.isel(dict.fromkeys(lanes, 0), drop=True)
     first = first.drop_vars([n for n in LANED if n in first and n != "brdf" and set(stack[n].dims) & set(lanes)])
     below = (first["theta_i"] > HORIZON) | (first["theta_r"] > HORIZON)
-    ones = xr.ones_like(first["brdf"].load(), dtype=float).where(~below)
+    # By its shape alone: the values of the first lane stay in the store.
+    ones = first["brdf"].copy(data=np.ones(first["brdf"].shape)).where(~below)
     nodes = np.arange(first["brdf"].size).reshape(first["brdf"].shape)
     filled = {"brdf": ones.assign_attrs(first["brdf"].attrs), NODE: (first["brdf"].dims, nodes)}
     if "uncertainty" in stack and "uncertainty" not in first:

@@ -8,20 +8,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.door.text import clip
+from gonio.door.text import MOST_VALUES, clip
 from gonio.door.zarr_chunks import METADATA, NAMES, STACK, check_chunks, plans
 from gonio.files import FormatError
 from gonio.measured.dataset import DIRECTIONS, SETS
 from gonio.measured.sound import faults, missing
+from gonio.measured.stack import foreign_dims
 
 FORMAT_2 = (".zgroup", ".zattrs", ".zmetadata")
 RESULTS = "manifest"  # the group that a store of fitted values has
 
 
 def open_stack(path: str | Path) -> xr.Dataset:
-    """The stack with its coordinates read and its arrays left in the store until they are asked for.
+    """The stack with its coordinates, and whatever else its scans share, in memory; the rest stays in the store.
 
-    Metadata and coordinates are checked before they are read, the other arrays where blocks of them are read.
+    Metadata are checked, and the chunks of what is read. The other arrays are read later, block by block.
     Raises FormatError with the file in the store, and with the remedy where there is no Zarr store.
     """
     path = Path(path)
@@ -40,14 +41,26 @@ def open_stack(path: str | Path) -> xr.Dataset:
         have = ", ".join(map(str, stack.data_vars)) or "none"
         what = f"holds no variable brdf, and a stack of scans needs one; it has {clip(have, 100)}"
         raise FormatError(path, what, f"{METADATA}, line 1")
-    for name in [str(n) for n in stack.coords]:
+    for name in [str(n) for n in stack.variables if n in stack.coords or _is_shared(stack, str(n))]:
         check_chunks(arrays[name])
-        stack = stack.assign_coords({name: _read(path, stack[name].variable)})
+        values = {name: _read(path, stack[name].variable)}
+        stack = stack.assign_coords(values) if name in stack.coords else stack.assign(values)
     if lacking := missing(stack):
         raise FormatError(path, f"has no {lacking}: a stack needs the directions of its scans", f"{METADATA}, line 1")
     for name, what in faults(stack):
         raise FormatError(path, f"{name} {what}", f"{name}/{METADATA}, line 1")
     return stack
+
+
+def is_store(path: Path) -> bool:
+    """Whether a folder is a Zarr store that may hold a stack: of the format that is read, and not of fitted values."""
+    return (path / METADATA).is_file() and not (path / RESULTS).is_dir()
+
+
+def _is_shared(stack: xr.Dataset, name: str) -> bool:
+    """Whether an array, such as a mask of directions, is the same for all scans, and small enough to be read."""
+    variable = stack[name]
+    return name != "brdf" and not set(variable.dims) & set(foreign_dims(stack)) and variable.size <= MOST_VALUES
 
 
 def _opened(path: Path) -> xr.Dataset:

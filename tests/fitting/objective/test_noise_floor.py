@@ -47,7 +47,7 @@ def test_a_floor_beats_masking_and_ignoring_it():
 
 def test_refusals():
     scan = make_scan([10.0] * 3, [0.0, 10, 20], [3.0, 0.4, -0.1])
-    with pytest.raises(ValueError, match="uniform weighting knows no noise floor: choose relative"):
+    with pytest.raises(ValueError, match="uniform weighting takes no noise floor: choose relative"):
         Problem(catalogue["lambert"], scan, noise_floor=0.1)
     with pytest.raises(ValueError, match="noise_floor is -1"):
         Problem(catalogue["lambert"], scan, weighting="relative", noise_floor=-1.0)

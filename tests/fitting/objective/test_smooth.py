@@ -313,7 +313,7 @@ def test_effective_values_fall_with_the_strength():
     [
         ({"smooth": {"x": "wavelength"}}, "smooth: torrance-sparrow has no parameter 'x'"),
         ({"smooth": {"sigma": "colour"}}, "no coordinate 'colour' to be smooth over"),
-        ({"smooth": {"sigma": "scan"}}, "no numbers"),
+        ({"smooth": {"sigma": "scan"}}, "not numbers"),
         ({"smooth": {"sigma": "theta_i"}}, "fewer than three values of theta_i"),
         ({"smooth": {"sigma": ("wavelength", -1)}}, "finite and not negative"),
         ({"smooth": {"sigma": ("wavelength", np.inf)}}, "finite and not negative"),

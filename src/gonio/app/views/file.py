@@ -102,13 +102,13 @@ def lines(record: dict[str, Any]) -> Iterator[Any]:
             facts.add_row(name, " x ".join(parts))
     if record["stored"]:
         facts.add_row("stored as", _escaped(record["stored"]))
-    facts.add_row("theta_i", _listed(record["theta_i"], "deg"))
+    facts.add_row("theta_i", listed(record["theta_i"], "deg"))
     facts.add_row("theta_r", f"{low:g} to {high:g} deg")
     if record["phi_i"]:
-        facts.add_row("surface turned to", _listed(record["phi_i"], "deg"))
+        facts.add_row("surface turned to", listed(record["phi_i"], "deg"))
     for name, unit in (("wavelengths", "nm"), ("channels", "")):
         if record[name]:
-            facts.add_row(name, _listed(record[name], unit))
+            facts.add_row(name, listed(record[name], unit))
     facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
     yield facts
     for line in record["provenance"][:MOST_LINES]:
@@ -129,7 +129,8 @@ def lines(record: dict[str, Any]) -> Iterator[Any]:
         yield widths
 
 
-def _listed(values: list[Any], unit: str, most: int = 12) -> str:
+def listed(values: list[Any], unit: str, most: int = 12) -> str:
+    """Values in a line, or where there are many their number and their ends."""
     texts = [f"{v:g}" if isinstance(v, float) else str(v) for v in values]
     if len(texts) > most:
         return f"{len(texts)} values, {texts[0]} to {texts[-1]} {unit}".strip()

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.app.output import figure
+from gonio.app.views import contents
 from gonio.fitting import Solution
 from gonio.formats import read
 from gonio.geometry import Geometry
@@ -35,17 +36,12 @@ def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked
             raise ValueError(
                 "--set, --material and --samples belong to a model; a scan and a fit have their own values"
             )
-        solution = _solution(path)
-        return {path.name: of_scan(read(path))} if solution is None else _of_solution(path, solution)
+        if (solution := contents.fit_in(path)) is not None:
+            return _of_solution(path, solution)
+        if contents.stack_in(path) is not None:
+            raise ValueError(f"{path}: holds many scans, and a check takes one: gonio info says which")
+        return {path.name: of_scan(read(path))}
     return _of_model(catalogue[target], values, samples)
-
-
-def _solution(path: Path) -> Solution | None:
-    """The fit in a file that `gonio fit --out` wrote; None where the file is something else."""
-    try:
-        return Solution.load(path)
-    except (ValueError, KeyError, TypeError, OSError):
-        return None
 
 
 def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checked:

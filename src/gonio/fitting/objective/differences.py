@@ -21,7 +21,7 @@ Bound = Values | float
 Difference = Generator[Values, Values, Values]  # asks for values at two points at a time, returns a derivative
 EPS = float(np.finfo(float).eps)
 
-SMALLEST = 1e-3  # scale of a value that is zero: little against what any unit of a parameter resolves
+SMALLEST = 1e-3  # scale of a value that is zero: small in the unit of every parameter
 FORWARD = EPS ** (1 / 2)  # of a value's scale: where the error of a forward difference is least
 CENTRAL = EPS ** (1 / 3)  # the same for differences of second order
 WIDEST = 2.0**-6  # of a value's scale: the first step of an extrapolated difference; halving it loses no digits
@@ -90,7 +90,7 @@ def replaced(point: Values, where: Mask | int, part: Bound) -> Values:
 
 
 def forward(function: Counted, point: Values, sizes: Values, lower: Values, upper: Values) -> Values:
-    """The derivative to some 1e-8, with one evaluation a value, towards the bound that is farther."""
+    """The derivative (points, values) to some 1e-8, with one evaluation a value, towards the bound that is farther."""
     moved = forward_steps(point, sizes, lower, upper)
     return ((function.each(moved) - function(point)) / (np.diagonal(moved) - point)[:, None]).T
 
@@ -145,6 +145,7 @@ def _extrapolated(point: Values, k: int, step: float) -> Difference:
     for _ in range(HALVINGS + 1):
         sides = np.stack([replaced(point, k, point[k] + step), replaced(point, k, point[k] - step)])
         ahead, behind = yield sides
+        # over the distance of the rounded points, which is not exactly twice the step
         above, row = row, [(ahead - behind) / (sides[0, k] - sides[1, k])]
         if not above:
             best = row[0]

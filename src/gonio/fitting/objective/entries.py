@@ -1,7 +1,8 @@
 """The values of a problem by parameter: which there are, how groups of directions are named, and what is held.
 
 A parameter has one value for all points, or one for each group of points: with `ks` grouped by `theta_i` the values are
-`ks[30]`, `ks[45]` and so on. The text in brackets is the group's label.
+`ks[30]`, `ks[45]` and so on. The text in brackets is the group's label. A group of several coordinates joins theirs:
+`ks[30,R]` for `theta_i` and `channel`. Groups are numbered in the order of their coordinates' values.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ class Entry:
 
     by: the coordinates that tell its groups apart, none for a single value. labels: of the groups, `("",)` for a single
     value. group (points,): the place among the labels of each point's group. lower, upper: bounds of every value.
-    held: the value of every group where the parameter is not free.
+    unit: of the values. held: the value of every group where the parameter is not free; None where it is.
     """
 
     name: str
@@ -48,25 +49,30 @@ class Entry:
 
 
 def group_label(value: object) -> str:
-    """The text that stands for a coordinate's value in the name of a group: six digits of a number, a name as it is."""
+    """The text that stands for a coordinate's value in the name of a group: six digits of a number, a name as it is.
+
+    A user writes the same text in `held={"index": {"632.8": 1.37}}`.
+    """
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def labelled(values: npt.NDArray[Any]) -> tuple[tuple[str, ...], Places]:
     """The labels of a coordinate's values in their order, and each value's place among them.
 
-    Numbers that agree in six digits have one label, and are one value.
+    Numbers that agree in six digits have one label, and are one value. Labels are made of the distinct values alone,
+    because there may be millions of points.
     """
-    different, place = distinct(values)
-    texts = [group_label(value) for value in different]
+    distinct_values, place = distinct(values)
+    texts = [group_label(value) for value in distinct_values]
     labels = tuple(dict.fromkeys(texts))
     index = {text: at for at, text in enumerate(labels)}
     return labels, np.array([index[text] for text in texts], dtype=np.intp)[place]
 
 
 def groups(points: xr.Dataset, by: tuple[str, ...]) -> tuple[tuple[str, ...], Places]:
-    """The groups of a flat scan by some coordinates: their labels, and each point's place among them.
+    """The groups of a flat scan by some coordinates: their labels, and each point's place (points,) among them.
 
+    Only combinations of values that some point has are groups. Without coordinates all points are one group.
     Raises ValueError for a coordinate that the scan does not have.
     """
     if not by:
@@ -84,7 +90,8 @@ def groups(points: xr.Dataset, by: tuple[str, ...]) -> tuple[tuple[str, ...], Pl
 def group_labels(points: xr.Dataset, by: Sequence[str]) -> tuple[list[str], Places]:
     """The labels of the groups that a flat scan names, joined by commas, and each direction's place among them.
 
-    Other than `groups` it gives two numbers that agree in six digits two places, with the same label.
+    For looking values of a fit up by label, where it does not matter how often a label occurs. Unlike in `groups`, two
+    numbers that agree in six digits have two places, with the same label.
     """
     columns = [points[c].values for c in by]
     place = combined(columns)
@@ -93,19 +100,22 @@ def group_labels(points: xr.Dataset, by: Sequence[str]) -> tuple[list[str], Plac
 
 
 def held_values(
-    name: str, given: float | Mapping[str, float] | None, by: tuple[str, ...], labels: tuple[str, ...]
+    name: str, held: float | Mapping[str, float] | None, by: tuple[str, ...], labels: tuple[str, ...]
 ) -> tuple[float, ...] | None:
     """The held value of every group in the order of their labels; None for a parameter that is free.
 
-    Raises ValueError where one value is given for a grouped parameter, or none for one of its groups.
+    held: one value, or a value for each label; labels that no point has are ignored.
+    Raises ValueError where a grouped parameter has one value, or where a group has none.
     """
-    if given is None:
+    if held is None:
         return None
-    if not isinstance(given, Mapping):
+    if not isinstance(held, Mapping):
         if by:
             raise ValueError(f"{name} is held at one value and grouped by {', '.join(by)}: choose one")
-        return (float(given),)
-    if missing := [label for label in labels if label not in given]:
-        where = f"grouped by {', '.join(by)}" if by else "not grouped"
-        raise ValueError(f"{name} is {where} and held for {', '.join(given)}: there is none for {missing[0] or 'all'}")
-    return tuple(float(given[label]) for label in labels)
+        return (float(held),)
+    if missing := [label for label in labels if label not in held]:
+        grouping = f"grouped by {', '.join(by)}" if by else "not grouped"
+        raise ValueError(
+            f"{name} is {grouping} and held for {', '.join(held)}: there is none for {missing[0] or 'all'}"
+        )
+    return tuple(float(held[label]) for label in labels)

@@ -1,4 +1,10 @@
-"""Options that the scan answers: a half width read from its curves, optical constants at its own wavelengths."""
+"""Options that are read from the scan: a half width from its curves, optical constants at its own wavelengths.
+
+`held={"gamma": "half-width"}` holds the width of the directional-diffuse lobe at the half width at half maximum that
+the measured curve has, as guo2023 reads it (section 2.1). `material="gold"` holds `index` and `extinction` at the
+complex refractive index n + i k of the material, at every wavelength of the scan. Both end as ordinary numbers in
+`held`, so a solver never sees where they came from.
+"""
 
 import math
 from typing import Any
@@ -16,8 +22,10 @@ CONSTANTS = ("index", "extinction")
 
 
 def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
-    """The options that change when a scan answers them, by name; none where nothing is left to its answer.
+    """The options that change when they are read from a scan, by name, as `replace` takes them; empty if none does.
 
+    Of the options that result nothing is left to read: `compare` reads them once for all models, and each Problem
+    that it makes then reads nothing again.
     Raises ValueError where no half width can be read, where a material's parameters are held besides, or where nothing
     says at which wavelength its constants are meant.
     """
@@ -28,34 +36,41 @@ def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
     return changed | _with_material(options, held, scan) if options.material else changed
 
 
-def _half_width(name: str, asked: str, scan: xr.Dataset) -> float:
-    """Half width [deg] of the curve at the largest incidence angle, where the specular lobe is farthest."""
-    if asked != HALF_WIDTH:
-        raise ValueError(f"{name} is held at {asked!r}: give a number, or {HALF_WIDTH!r} to read it from the scan")
+def _half_width(name: str, text: str, scan: xr.Dataset) -> float:
+    """Half width [deg] of the curve at the largest incidence angle, where the specular lobe is farthest.
+
+    Raises ValueError, with the reason of every curve, where it can be read from none.
+    """
+    if text != HALF_WIDTH:
+        raise ValueError(f"{name} is held at {text!r}: give a number, or {HALF_WIDTH!r} to read it from the scan")
     readings = half_widths(scan)
-    best = widest_angle(readings)
-    if best is None:
+    widest = widest_angle(readings)
+    if widest is None:
         reasons = "; ".join(sorted({str(reading.status) for reading in readings})) or "the scan has no in-plane curve"
         raise ValueError(f"no half width can be read from the scan ({reasons}): hold {name} at a number, or fit it")
-    return best.gamma
+    return widest.gamma
 
 
 def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Dataset) -> dict[str, Any]:
-    """Index and extinction held at the material's, one pair a wavelength of the scan, and free of declared bounds."""
+    """The options with index and extinction held at the material's, one pair for each wavelength of the scan.
+
+    A wavelength among the options takes precedence over the scan's own.
+    """
     for name in CONSTANTS:
         if name in held or name in options.grouped or name in options.bounds:
             raise ValueError(f"--material holds {name}: leave it out of --hold, --group and --bound")
     out = {
+        # a held value must lie in its bounds, and metals in the infrared exceed the extinction that models declare
         "bounds": {**options.bounds, **dict.fromkeys(CONSTANTS, (0.0, math.inf))},
-        "material": "",
+        "material": "",  # read: a second call changes nothing
         "wavelength": None,
     }
     if options.wavelength is not None or "wavelength" not in scan.coords:
         return out | {"held": held | constants_at(options.material, options.wavelength)}
-    each = {group_label(w): constants(options.material, w) for w in np.unique(scan["wavelength"].values).tolist()}
-    if len(each) == 1:
-        return out | {"held": held | next(iter(each.values()))}
-    by_wavelength = {name: {w: values[name] for w, values in each.items()} for name in CONSTANTS}
+    by_label = {group_label(w): constants(options.material, w) for w in np.unique(scan["wavelength"].values).tolist()}
+    if len(by_label) == 1:
+        return out | {"held": held | next(iter(by_label.values()))}
+    by_wavelength = {name: {label: pair[name] for label, pair in by_label.items()} for name in CONSTANTS}
     return out | {
         "held": held | by_wavelength,
         "grouped": {**options.grouped, **dict.fromkeys(CONSTANTS, ("wavelength",))},
@@ -63,9 +78,12 @@ def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Datas
 
 
 def constants_at(material: str, wavelength: float | None) -> dict[str, float]:
-    """Index and extinction of a material at a wavelength [nm] that is given; none without a material."""
+    """`index` and `extinction` of a material at a wavelength [nm], by name; empty without a material.
+
+    Raises ValueError for a material without a wavelength, and as `gonio.materials.constants` does.
+    """
     if not material:
         return {}
     if wavelength is None:
-        raise ValueError("--material needs --wavelength in nm here: nothing else says at which the constants are meant")
+        raise ValueError("--material needs --wavelength in nm: nothing else states the wavelength of its constants")
     return constants(material, wavelength)

@@ -36,24 +36,25 @@ Weighting = Annotated[str, Option(one_of(WEIGHTINGS))]
 class ProblemOptions:
     """The options of a Problem.
 
-    held: parameters that keep a value given here; one that is grouped, a mapping from each group's label to its value;
-        `half-width` has it read from the scan (guo2023, section 2.1).
-    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (Table 1).
+    held: parameters that keep a value given here, `{"kid": 24.0}`; for a grouped one, a mapping from each group's label
+        to its value; `half-width` has it read from the scan (guo2023, section 2.1).
+    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (guo2023 Table 1).
     shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
         colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
         describe the surface.
-    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength that
-        holds them so: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `Smooth` says what is added to E.
+    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength of
+        the penalty: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `objective.smooth` has the penalty.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths,
-    or
-        at `wavelength` [nm] where that is given.
+        or at `wavelength` [nm] where that is given.
     weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
     noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
-        the constant standard deviation over the relative one. Values of noise count for little, and none is dropped.
+        the constant standard deviation over the relative one. Values near zero then count for little, but none is
+        dropped. Masking them instead cuts off those that noise made small, and biases the fit.
     loss: a name of LOSSES, what a large error costs.
-    instrument: what source and detector take in, folded into every term; the values are those of the model without it.
-    point_weights: of the points in use, on top of all other weights; a fit under a robust loss sets them.
+    instrument: the cones that source and detector take in, averaged into every term. The fitted values are those of the
+        surface, not of what the instrument reads.
+    point_weights: weights (points,) of the points in use, on top of all others; a fit under a robust loss sets them.
     """
 
     held: Annotated[
@@ -92,9 +93,9 @@ class ProblemOptions:
             raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
         if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
             raise ValueError(
-                f"{self.weighting} weighting knows no noise floor: choose relative, or leave the floor out"
+                f"{self.weighting} weighting takes no noise floor: choose relative, or leave the floor out"
             )
 
     def given(self) -> dict[str, Any]:
-        """Every option by name, as a Problem takes them."""
+        """Every option by name, as a Problem takes them; of a Problem too, without its model and data."""
         return {f.name: getattr(self, f.name) for f in fields(ProblemOptions)}

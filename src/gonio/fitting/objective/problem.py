@@ -7,6 +7,9 @@ matrix times the weights, the `design`. A fit makes the relative weighted square
 
 with m the measured values and g = g1(theta_i) g2(theta_r) their weights. With r = sqrt(g) (f - m), the `residual`, E is
 the squared length of r over `scale`. For logarithmic weighting r = sqrt(g) (ln f - ln m), and `scale` is sum g.
+
+A vector (n,) holds the free weights, then the free shape values, in the order of `names`. This file does not minimise
+E: in `fitting.search` variable projection (golub1973) uses `design`, and searches of all values use `residual`.
 """
 
 import functools
@@ -39,9 +42,10 @@ Values = npt.NDArray[np.float64]
 class Problem(ProblemOptions):
     """Fit `model` to `data` by minimising the relative weighted squared error (guo2023, eq 11).
 
-    The options are those of ProblemOptions, by keyword. What they leave to the scan, a half width or the constants of a
-    material, is settled when the Problem is made. A model's `wavelength` is held at the scan's own, where that has it,
-    unless it is held, grouped or bounded.
+    The options are those of ProblemOptions, by keyword. Those that are read from the scan, a half width or the optical
+    constants of a material, are numbers once the Problem is made. A model's `wavelength` is held at that of the scan,
+    where the scan has one, unless it is held, grouped, bounded or smooth.
+    Problems are immutable and compared by identity; `dataclasses.replace` makes a changed one.
     Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
     scan does not allow.
     """
@@ -60,7 +64,7 @@ class Problem(ProblemOptions):
             raise ValueError("every parameter is held: nothing is left to fit")
         if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
             raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = self.root_weights
+        _ = self.root_weights  # this and the acceptance refuse what they cannot take, and should do so before a search
         if self.instrument:
             _ = self.acceptance
 
@@ -72,16 +76,16 @@ class Problem(ProblemOptions):
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
         if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():
-            raise ValueError("models are of reflection, and the scan holds transmission: add --select mode=reflection")
+            raise ValueError("models describe reflection, but the scan has transmission: add --select mode=reflection")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
 
     def _refuse_unknown_names(self) -> None:
-        for what, option in options_of(ProblemOptions).items():
-            for name in getattr(self, what) if option.of_parameters else ():
+        for field, option in options_of(ProblemOptions).items():
+            for name in getattr(self, field) if option.of_parameters else ():
                 if name not in self.model.parameters:
                     have = ", ".join(self.model.parameters)
-                    raise ValueError(f"{what}: {self.model.name} has no parameter {name!r}; it has {have}")
+                    raise ValueError(f"{field}: {self.model.name} has no parameter {name!r}; it has {have}")
 
     @functools.cached_property
     def points(self) -> xr.Dataset:
@@ -95,7 +99,7 @@ class Problem(ProblemOptions):
 
     @functools.cached_property
     def acceptance(self) -> Acceptance:
-        """What the instrument takes in at every point."""
+        """The directions that source and detector take in at every point; an ideal instrument takes in one each."""
         return Acceptance(self.instrument, self.geometry)
 
     @functools.cached_property
@@ -121,7 +125,7 @@ class Problem(ProblemOptions):
         if self.point_weights is not None:
             weights = weights * self.point_weights
         if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
-            raise ValueError("the weights g1, g2 and of points must be finite, non-negative and not all zero")
+            raise ValueError("the weights (with g1, g2, point_weights) must be finite, non-negative and not all zero")
         root: Values = np.sqrt(weights)
         return root
 
@@ -138,14 +142,14 @@ class Problem(ProblemOptions):
 
     @functools.cached_property
     def smoothed(self) -> dict[str, Smooth]:
-        """What is smooth, by name, each in full."""
+        """The smooth parameters by name, each as a full Smooth."""
         return declared(self.smooth, self.points, self.held, self.shared)
 
     @functools.cached_property
     def penalty(self) -> Values:
-        """Rows (m, n) whose product with a vector of values is added to the residual; none where nothing is smooth.
+        """Rows (m, n) whose product with a vector (n,) is added below the residual; none where nothing is smooth.
 
-        They hold the values smooth, and see no data.
+        They hold the root of `scale` as a factor: E is the squared residual over `scale`, and the penalty adds to E.
         """
         rows: Values = penalty_rows(self.smoothed, self.free, self.points) * math.sqrt(self.scale)
         return rows
@@ -166,9 +170,9 @@ class Problem(ProblemOptions):
             parameter = self.model.shape[name]
             lower, upper = self.bounds.get(name, (parameter.lower, parameter.upper))
             unit = parameter.unit
-        given = self.held.get(name, scans_own)
-        assert not isinstance(given, str)  # `answered` has read every half width
-        held = held_values(name, given, by, labels)
+        held_at = self.held.get(name, scans_own)
+        assert not isinstance(held_at, str)  # `answered` has read every half width
+        held = held_values(name, held_at, by, labels)
         for value in held or ():
             if not is_weight and not lower <= value <= upper:
                 raise ValueError(f"{name} is held at {value:g}, outside its bounds {lower:g} to {upper:g}")
@@ -177,7 +181,7 @@ class Problem(ProblemOptions):
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
     def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:
-        """The coordinates that group a parameter: those asked for, sets, and the one that it is smooth over."""
+        """The coordinates that group a parameter: those asked for, sets for weights, and the one it is smooth over."""
         by = self.grouped.get(name, ())
         by = (by,) if isinstance(by, str) else tuple(by)
         if is_weight and name not in self.shared and name not in self.held:
@@ -188,8 +192,8 @@ class Problem(ProblemOptions):
 
     def _wavelength_of_the_scan(self, name: str) -> float | dict[str, float] | None:
         """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
-        asked = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
-        if name != "wavelength" or asked or name not in self.model.shape or name not in self.points.coords:
+        has_option = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
+        if name != "wavelength" or has_option or name not in self.model.shape or name not in self.points.coords:
             return None
         size = UNITS[self.model.shape[name].unit].size
         values = {group_label(w): float(w) / size for w in np.unique(self.points[name].values)}
@@ -202,12 +206,12 @@ class Problem(ProblemOptions):
 
     @functools.cached_property
     def _known_groups(self) -> dict[tuple[str, ...], tuple[tuple[str, ...], Places]]:
-        """The groups that were looked for: weights have the same, and there may be millions of points."""
+        """Groups by their coordinates, computed once: most weights share them, and there may be millions of points."""
         return {}
 
     @functools.cached_property
     def sets(self) -> tuple[tuple[str, ...], Places]:
-        """The coordinates that tell sets apart, and each point's set (points,)."""
+        """The coordinates that tell sets apart (channel, wavelength, scan ..), and each point's set (points,)."""
         by = dataset.sets(self.points)
         return by, self._groups(by)[1]
 
@@ -250,7 +254,7 @@ class Problem(ProblemOptions):
         return np.clip(defaults, self.lower[self.n_weights :], self.upper[self.n_weights :])
 
     def axes(self, lower: Values | None = None, upper: Values | None = None) -> Axes:
-        """The free shape parameters as coordinates from 0 to 1, between the problem's bounds or narrower ones."""
+        """The free shape values as coordinates from 0 to 1, between the problem's bounds or narrower ones."""
         n = self.n_weights
         parameters = [self.model.shape[e.name] for e in self.free_shape for _ in e.labels]
         evenly = [e.name in self.smoothed for e in self.free_shape for _ in e.labels]
@@ -258,15 +262,15 @@ class Problem(ProblemOptions):
         return Axes(parameters, low, high, evenly)
 
     def part(self, rows: Places) -> "Problem":
-        """The same problem of some of its points in use."""
-        given = None if self.point_weights is None else self.point_weights[rows]
-        return replace(self, data=self.points.isel(direction=rows), point_weights=given)
+        """The same problem of some of its points in use, `rows` of them; `scale` and groups are those of the part."""
+        point_weights = None if self.point_weights is None else self.point_weights[rows]
+        return replace(self, data=self.points.isel(direction=rows), point_weights=point_weights)
 
     def design(self, shape: Values) -> tuple[Values, Values]:
         """The matrix whose product with the weights is the BRDF, and the part of held weights, as the instrument reads.
 
-        `shape` (..., n_shape) may carry leading dimensions for several candidates at once;
-        returns (..., n_points, n_weights) and (..., n_points).
+        `shape` (..., n_shape) may carry leading dimensions for several candidates, whose terms are computed at once;
+        returns (..., points, n_weights) and (..., points). A grouped weight has one column a group, zero outside it.
         """
         basis = self.acceptance.basis(self.model, self._shape_at_points(shape))
         lead = shape.shape[:-1]
@@ -283,7 +287,7 @@ class Problem(ProblemOptions):
             if entry.size == 1:
                 columns[..., column, :] = basis[entry.name]
             else:
-                columns[..., column + entry.group, np.arange(n)] = basis[entry.name]
+                columns[..., column + entry.group, np.arange(n)] = basis[entry.name]  # each point in its group's column
             column += entry.size
         return np.swapaxes(columns, -1, -2), fixed
 
@@ -309,26 +313,32 @@ class Problem(ProblemOptions):
         return out
 
     def residual(self, vector: Values) -> Values:
-        """Weighted model less measurement, then the penalty: the squared sum over `scale` is E (eq 11) plus that."""
+        """Residual (..., points + m) of vectors (..., n): weighted model less measurement, then the m penalty rows.
+
+        Its squared sum over `scale` is E (eq 11) plus the penalty.
+        """
         difference = self.difference(self.brdf(vector))
         return np.concatenate([difference, vector @ self.penalty.T], axis=-1) if len(self.penalty) else difference
 
     def penalised(self, matrix: Values, target: Values, shape: Values) -> tuple[Values, Values]:
-        """A weighted design and its target for one shape or several, with the rows of the penalty below."""
+        """A weighted design and its target for one shape or several, with the rows of the penalty below.
+
+        For a fixed shape the penalty rows times the shape are a constant, which is subtracted from the target.
+        """
         if not len(self.penalty):
             return matrix, target
-        weights, of_shape = self.penalty[:, : self.n_weights], shape @ self.penalty[:, self.n_weights :].T
-        weights = np.broadcast_to(weights, (*shape.shape[:-1], *weights.shape))
-        return np.concatenate([matrix, weights], axis=-2), np.concatenate([target, -of_shape], axis=-1)
+        of_weights, of_shape = self.penalty[:, : self.n_weights], shape @ self.penalty[:, self.n_weights :].T
+        of_weights = np.broadcast_to(of_weights, (*shape.shape[:-1], *of_weights.shape))
+        return np.concatenate([matrix, of_weights], axis=-2), np.concatenate([target, -of_shape], axis=-1)
 
     def difference(self, modelled: Values) -> Values:
-        """The residual (..., points) of BRDF values that are there already."""
-        if self.logarithmic:
+        """The residual (..., points) of modelled BRDF values, without the penalty."""
+        if self.logarithmic:  # a search may try weights for which the model is zero or negative somewhere
             modelled = np.log(np.maximum(modelled, np.finfo(float).tiny))
         return self.root_weights * modelled - self.target
 
     def error(self, uncertainty: Values) -> Values:
-        """How far an uncertainty (points,) of every measured value moves the residual."""
+        """How far an uncertainty (points,) of the measured values moves the residual; d ln m = dm/m for logarithms."""
         return self.root_weights * (uncertainty / self.measured if self.logarithmic else uncertainty)
 
     def cost(self, residual: Values) -> Values:

@@ -1,7 +1,9 @@
 """How the residual of a problem changes with its values: by weights exactly, by shape parameters by differences.
 
-The BRDF is sum_k w_k t_k(shape), so its derivative by a weight w_k is the term t_k itself. The residual multiplies it
-by the root of each point's weight g; for logarithms it also divides by the BRDF, since d ln f = df / f.
+The BRDF is f = sum_k w_k t_k(shape), so its derivative by a weight w_k is the term t_k itself, a column of the design.
+The residual multiplies it by the root of each point's weight g; for logarithms it also divides by the BRDF, since
+d ln f = df / f. Two accuracies are offered, because a step of a search needs few digits and should cost little, while
+uncertainties and the last digits of a minimum need many: `quick_jacobian` and `jacobian`.
 """
 
 import numpy as np
@@ -14,9 +16,10 @@ Values = npt.NDArray[np.float64]
 
 
 def jacobian(problem: Problem, vector: Values) -> Values:
-    """Derivative (points, values) of the residual at a vector of weights and shape, good to some 1e-12.
+    """Derivative (points, values) of the residual at a vector (values,) of weights and shape, good to some 1e-12.
 
-    This is what uncertainties and the last digits of a minimum are made of. The rows of a penalty are not in it.
+    Uncertainties and the last digits of a minimum are computed from it. The rows of the penalty are not included: they
+    are the derivative of the penalty itself, and whoever needs them appends `problem.penalty`.
     """
     n = problem.n_weights
     weights, shape = vector[:n], vector[n:]
@@ -33,19 +36,22 @@ def jacobian(problem: Problem, vector: Values) -> Values:
 
 
 def quick_jacobian(problem: Problem, vector: Values) -> Values:
-    """Derivative (points and rows of the penalty, values) of the whole residual, good to some 1e-8.
+    """Derivative (points and rows of the penalty, values) of the residual with its penalty, good to some 1e-8.
 
-    One design of shapes side by side gives it. One difference serves all groups of a shape parameter, since no point
-    belongs to two of them: a fit with a thousand groups costs as many designs as one with a single group.
+    All shapes go through one call of `design`: the shape itself and, for each shape parameter, one with all of its
+    groups moved by a forward difference. One difference serves all groups, since no point belongs to two of them: a fit
+    with a thousand groups costs as many designs as one with a single group.
     """
     n = problem.n_weights
     shape, lower, upper = vector[n:], problem.lower[n:], problem.upper[n:]
+    # each step towards the farther bound, and of a size of its own even within one parameter
     moved = np.diagonal(forward_steps(shape, np.maximum(np.abs(shape), SMALLEST), lower, upper))
     owner = np.repeat(np.arange(len(problem.free_shape)), [entry.size for entry in problem.free_shape])
     tried = np.where(owner == np.arange(len(problem.free_shape))[:, None], moved, shape)
     matrix, fixed = problem.design(np.concatenate([shape[None], tried]))
     modelled = matrix @ vector[:n] + fixed
     columns, steps, at = [matrix[0]], moved - shape, 0
+    # every change goes to the column of its point's group, divided by that group's step
     for entry, change in zip(problem.free_shape, modelled[1:] - modelled[0], strict=True):
         by_group = np.zeros((len(change), entry.size))
         by_group[np.arange(len(change)), entry.group] = change / steps[at : at + entry.size][entry.group]
@@ -55,9 +61,9 @@ def quick_jacobian(problem: Problem, vector: Values) -> Values:
 
 
 def residual_slopes(problem: Problem, modelled: Values, columns: Values) -> Values:
-    """Derivative (points, n) of the residual from `columns`, that of the BRDF, which is `modelled` (points,)."""
+    """Derivative (points, n) of the residual from that of the BRDF, `columns`; modelled (points,): the BRDF."""
     if problem.logarithmic:
-        seen = modelled > np.finfo(float).tiny  # below, the residual keeps the logarithm of this
-        columns = np.where(seen, columns.T / np.where(seen, modelled, 1.0), 0.0).T
+        positive = modelled > np.finfo(float).tiny  # elsewhere the residual has the logarithm of this, a constant
+        columns = np.where(positive, columns.T / np.where(positive, modelled, 1.0), 0.0).T
     out: Values = problem.root_weights[:, None] * columns
     return out

@@ -1,4 +1,4 @@
-"""The tangent plane of a residual at a vector of values: what a search steps along and what uncertainties are made of.
+"""The tangent plane of a residual at a vector of values: searches step along it, uncertainties are computed from it.
 
 With J the derivative (points, values) of the residual r, the plane is spanned by the columns of J. Its singular value
 decomposition J D = U S V' (D scales the columns to unit length) gives an orthonormal basis U, and D V / S, the change
@@ -27,13 +27,13 @@ class Tangent:
 
     def __init__(self, jacobian: Values) -> None:
         length = np.sqrt(np.sum(jacobian**2, axis=0))
-        unseen = ~(length > 0)
-        length[unseen] = 1.0
+        without_effect = ~(length > 0)  # the residual does not depend on these values here
+        length[without_effect] = 1.0
         u, s, vt = np.linalg.svd(jacobian / length, full_matrices=False)
-        kept = s > DETERMINED * s.max(initial=0.0)
-        self.basis: Values = u[:, kept]
-        self.directions: Values = vt[kept].T / s[kept] / length[:, None]
-        self.blind: Mask = unseen | (np.abs(vt[~kept]).max(axis=0, initial=0.0) > INVOLVED)
+        determined = s > DETERMINED * s.max(initial=0.0)
+        self.basis: Values = u[:, determined]
+        self.directions: Values = vt[determined].T / s[determined] / length[:, None]
+        self.blind: Mask = without_effect | (np.abs(vt[~determined]).max(axis=0, initial=0.0) > INVOLVED)
 
     def offset(self, residual: Values) -> float:
         """The part of the residual's length that lies in the plane, zero at an exact minimum (bates1981)."""
@@ -41,6 +41,9 @@ class Tangent:
         return float(np.linalg.norm(self.basis.T @ residual)) / length if length > 0 else 0.0
 
     def leverage(self, points: int) -> Values:
-        """By how much each of the first `points` points pulls its own fitted value, from 0 to 1 (points,)."""
+        """Leverage (points,) of each of the first `points` rows: how much its own value pulls the fitted one, 0 to 1.
+
+        It is the diagonal of U U'. Rows beyond are those of a penalty, which are no points.
+        """
         out: Values = np.sum(self.basis[:points] ** 2, axis=1)
         return out

@@ -1,4 +1,19 @@
-"""Ready weightings of the objective (guo2023, eq 11): the points of a scan into weights of their squared errors."""
+"""Ready weightings of the objective (guo2023, eq 11): the points of a scan into weights of their squared errors.
+
+A weighting gives the weight g_k of each point in E = sum_k g_k (f_k - m_k)^2 / sum_k g_k m_k^2, with the modelled BRDF
+f_k and the measured one m_k. The weights g1(theta_i) and g2(theta_r) of a Problem and its point_weights multiply it.
+
+    uniform       g = 1, as in guo2023
+    relative      g = 1/(m^2 + floor^2)
+    solid-angle   g = cos(theta_r) sin(theta_r)
+    uncertainty   g = 1/u^2, with u the stated standard uncertainty
+    log           g = 1, for the squared difference of ln f and ln m in place of f and m
+
+If g is the inverse of each point's variance up to a factor, the estimate is, to first order, the one of least variance.
+The weights are computed from measured values and stay as they are during a fit. Where they depend on m itself, a point
+that noise made smaller has more weight than one that noise made larger. The fitted values are then too small by about
+the square of the relative noise.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,10 +27,13 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Weighting:
-    """One way to weigh squared errors, from the points and a noise floor that only a `floored` one has a use for.
+    """One way to weigh squared errors.
 
-    `suits` says which values have a weight; where one has none, `weights` raises ValueError. `logarithmic` compares
-    logarithms, in which no weight enters linearly.
+    help: what it does, in a few words. weights: the weight of each point, from the points and a noise floor [unit of
+    the BRDF]; ValueError where a point has none. logarithmic: whether logarithms are compared, in which the residual is
+    not linear in the weights of the terms. floored: whether the noise floor is used; the others ignore it.
+    suits: which points have a weight. It raises nothing for values without one: `fit_many` marks the lanes of such
+    points instead of refusing the whole stack.
     """
 
     help: str
@@ -28,16 +46,28 @@ class Weighting:
 
 
 def _uniform(points: xr.Dataset, floor: float = 0.0) -> Values:
+    """The same weight for every point, so that the large values near the peak determine the fit."""
     return np.ones(points.sizes["direction"])
 
 
 def _relative(points: xr.Dataset, floor: float) -> Values:
+    """Inverse variance of noise with a proportional and a constant part, 1/(m^2 + floor^2).
+
+    With standard deviations r m (proportional) and c (constant), the variance is r^2 (m^2 + (c/r)^2): the floor is c/r,
+    the BRDF at which both parts are equal. A floor also gives a finite weight to values that are zero or negative.
+    Without one the weight is 1/m^2, which a value of zero does not have.
+    """
     values = points["brdf"].values if floor > 0 else _positive(points, "relative")
     weights: Values = 1 / (values**2 + floor**2)
     return weights
 
 
 def _solid_angle(points: xr.Dataset, floor: float) -> Values:
+    """The part that a point of an in-plane scan has in the reflected flux.
+
+    The directions of one theta_r are a ring of solid angle 2 pi sin(theta_r) d theta_r. The flux through it is f
+    cos(theta_r) times that.
+    """
     theta_r = np.radians(points["theta_r"].values)
     return np.cos(theta_r) * np.sin(theta_r)
 
@@ -47,21 +77,27 @@ def _inverse_variance(points: xr.Dataset, floor: float) -> Values:
 
 
 def stated(points: xr.Dataset, purpose: str, remedy: str) -> Values:
-    """The standard uncertainty of every value of a flat scan; ValueError with the remedy where one has none."""
+    """The standard uncertainty (points,) of every value of a flat scan, in the unit of the BRDF.
+
+    Raises ValueError where the scan states none, or where one is not positive. The message begins with `purpose`, for
+    which the uncertainty is needed, and ends with `remedy`.
+    """
     if "uncertainty" not in points:
         raise ValueError(
             f"{purpose} needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none: add it, or {remedy}"
         )
     uncertainty: Values = points["uncertainty"].values
-    unknown = int((~(uncertainty > 0)).sum())
+    unknown = int((~(uncertainty > 0)).sum())  # not `<= 0`: an empty cell is NaN, for which every comparison is false
     if unknown:
         raise ValueError(
-            f"{purpose} needs a positive one for every value, and {unknown} of {len(uncertainty)} have none: {remedy}"
+            f"{purpose} needs a positive uncertainty for every value, "
+            f"and {unknown} of {len(uncertainty)} have none: {remedy}"
         )
     return uncertainty
 
 
 def _logarithmic(points: xr.Dataset, floor: float) -> Values:
+    """Equal weights of differences of logarithms, which are relative errors where these are small."""
     _positive(points, "log")
     return _uniform(points)
 
@@ -75,28 +111,34 @@ def _is_stated(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
 
 
 def _positive(points: xr.Dataset, name: str) -> Values:
+    """The measured values (points,), all positive; ValueError with the remedies of the weighting where some are not."""
     values: Values = points["brdf"].values
-    wrong = int((values <= 0).sum())
-    if wrong:
-        keep = "give a noise floor (--noise-floor), " if WEIGHTINGS[name].floored else ""
+    not_positive = int((values <= 0).sum())
+    if not_positive:
+        with_floor = "give a noise floor (--noise-floor), " if WEIGHTINGS[name].floored else ""
         raise ValueError(
-            f"{name} weighting needs positive values, and {wrong} of {len(values)} are not: {keep}"
+            f"{name} weighting needs positive values, and {not_positive} of {len(values)} are not: {with_floor}"
             "mask what is below a floor (--floor) or choose another weighting"
         )
     return values
 
 
 WEIGHTINGS: Mapping[str, Weighting] = {
-    "uniform": Weighting("every point alike, as the paper does", _uniform),
+    "uniform": Weighting("every point has the same weight, as in guo2023", _uniform),
     "relative": Weighting(
-        "1/(brdf^2 + floor^2): every relative error alike above a noise floor",
+        "1/(brdf^2 + floor^2): equal relative errors count alike above a noise floor",
         _relative,
         floored=True,
         suits=_is_positive,
     ),
-    "solid-angle": Weighting("cos theta_r sin theta_r: a hemisphere's energy from an in-plane scan", _solid_angle),
-    "uncertainty": Weighting("1/uncertainty^2: what the scan itself is sure of", _inverse_variance, suits=_is_stated),
+    "solid-angle": Weighting("cos theta_r sin theta_r: a point's part in the reflected flux", _solid_angle),
+    "uncertainty": Weighting(
+        "1/uncertainty^2: the inverse variance that the scan states", _inverse_variance, suits=_is_stated
+    ),
     "log": Weighting(
-        "squared difference of logarithms: every decade alike", _logarithmic, logarithmic=True, suits=_is_positive
+        "squared difference of logarithms: every decade counts alike",
+        _logarithmic,
+        logarithmic=True,
+        suits=_is_positive,
     ),
 }

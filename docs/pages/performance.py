@@ -1,45 +1,52 @@
-"""Writes docs/performance.md from benchmarks/results.json; part of `make bench` and `make bench-quick`."""
+"""Writes docs/performance.md from the records of benchmarks/."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
-RECORD, GROWTH, CRASH = (ROOT / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash"))
+RECORD, GROWTH, CRASH, GPU = (ROOT / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash", "gpu"))
 MEANING = {
     "evaluation_over_mitsuba": (
-        "1e7 pairs of unit vectors in single precision: GGX with Fresnel or Cauchy-Lorentz, whichever gains less, as fast"
-        " as Mitsuba 3's rough conductor (llvm_ad_rgb) this many times",
+        "Evaluation of 1e7 direction pairs in single precision: time of Mitsuba 3's rough conductor (llvm_ad_rgb) divided"
+        " by gonio's, for GGX with Fresnel or Cauchy-Lorentz, whichever is slower",
         "1",
     ),
-    "evaluation_over_copy": ("the same, as part of the speed at which as many bytes are copied on all cores", "0.5"),
-    "fits_over_scipy": ("a stack of fits as fast as SciPy least_squares over all parameters this many times", "25"),
-    "long_scan_seconds": ("one scan of 1e5 samples, GGX with Fresnel, fitted once it is compiled [s]", "at most 0.25"),
-    "anneal_one_over_many": ("annealing of Appendix A, a scan among 128 as fast as alone this many times", ""),
-    "anneal_over_exact": ("annealing of Appendix A takes this many times as long as exact weights, for no lower E", ""),
-    "dual_annealing_over_exact": ("SciPy dual_annealing takes this many times as long, for no lower E", ""),
-    "dask_two_over_one": ("fit-stack with two workers as fast as with one this many times", "1.7"),
-    "lmfit_over_fit": ("lmfit, from one start, takes this many times as long as a fit from many with covariance", ""),
-    "lumos_over_evaluation": ("1e6 pairs of ABg in double precision as fast as Lumos-Sat this many times", ""),
-    "anneal_over_exact_all_scans": ("annealing over exact weights, median of all scans and models", ""),
-    "anneal_over_exact_least": ("the least of these", ""),
-    "anneal_over_exact_free_shape": ("the same with free shape, median", ""),
+    "evaluation_over_copy": (
+        "The same evaluation: time to copy as many bytes on all cores divided by gonio's time",
+        "0.5",
+    ),
+    "fits_over_scipy": ("Fits: time per scan of SciPy least_squares divided by time per scan in a stack", "25"),
+    "long_scan_seconds": ("One scan of 1e5 samples, GGX with Fresnel, after compilation [s]", "at most 0.25"),
+    "anneal_one_over_many": ("Annealing: time per scan fitted alone divided by time per scan in a stack of 128", ""),
+    "anneal_over_exact": (
+        "Time of annealing (Appendix A) divided by that of exact weights, which reach as low an E",
+        "",
+    ),
+    "dual_annealing_over_exact": ("Time of SciPy dual_annealing divided by that of exact weights", ""),
+    "dask_two_over_one": ("`gonio fit-stack`: time with one worker divided by time with two", "1.7"),
+    "lmfit_over_fit": ("Time of lmfit from one start divided by that of a fit from many, with covariance", ""),
+    "lumos_over_evaluation": (
+        "Evaluation of 1e6 pairs of ABg in double precision: time of Lumos-Sat divided by gonio's",
+        "",
+    ),
+    "anneal_over_exact_all_scans": (
+        "Time of annealing divided by that of exact weights: median of all scans and models",
+        "",
+    ),
+    "anneal_over_exact_least": ("The smallest of these ratios", ""),
+    "anneal_over_exact_free_shape": ("The median where the shape is free too", ""),
     "help_seconds": ("`gonio --help` [s]", "at most 0.5"),
     "import_seconds": ("`import gonio` [s]", "at most 0.3"),
-    "fit_copper_seconds": ("`gonio fit` of the copper scan, ks by incidence [s]", "at most 3"),
+    "fit_copper_seconds": ("`gonio fit` of the copper scan, ks by incidence angle [s]", "at most 3"),
 }
-GPU = (
-    ("1e6 fits of a stack in under 1 s", "fits"),
-    ("evaluation at half of the memory bandwidth", "evaluation"),
-)
 HEAD = """# Performance
 
-Made by `make bench-quick` and `make bench` from [results.json](../benchmarks/results.json); do not edit. A figure is a
-ratio of two things that ran in turn in one process, the median of at least five rounds, on the machine and day beside it
-with its load (processes that wanted to run; a machine alone has less than one). Ratios of processor time, which other
-users of a machine change less, stand in parentheses. Those of evaluation are of JAX arrays. Two workers against one are
-the median of five pairs (`python benchmarks/cluster_speed.py`; `make bench-quick` has time for two), which are in
-results.json.
+`make docs` writes this page from [results.json](../benchmarks/results.json), which `make bench-quick` and `make bench`
+measure; do not edit it. A ratio compares two programs that ran in turn in one process; it is the median of at least five
+rounds. Beside it stand the day and the load: the number of processes that wanted to run, below one on an idle machine.
+Ratios of processor time stand in parentheses; other users of a machine change them less. Ratios of evaluation are of JAX
+arrays. The ratio of two workers is the median of five pairs (`python benchmarks/cluster_speed.py`).
 """
 
 
@@ -112,6 +119,32 @@ def crashes() -> str:
     )
 
 
+def gpu() -> str:
+    """What `make bench-gpu` measured on a GPU, where one was at hand."""
+    if not GPU.exists():
+        return "Not measured yet: `make bench-gpu` needs an NVIDIA GPU.\n"
+    record = json.loads(GPU.read_text(encoding="utf-8"))
+    evaluation, fits = record["evaluation"], record["fits"]
+    head = (
+        f"`make bench-gpu` on one {record['device']}, {record['machine']}, {record['date']}. Evaluation is of "
+        f"{evaluation['pairs']:.0e} pairs in single precision in the memory of the GPU; a copy there moves "
+        f"{evaluation['copy_bytes_a_second'] / 1e12:.2f} TB/s. Fits are those of {fits['scans']:,} scans of "
+        f"{fits['points']} points that begin and end in the memory of the host.\n\n"
+    )
+    rows = [
+        f"| Evaluation, {name}: time of a copy of as many bytes divided by gonio's "
+        f"| {evaluation[name]['part_of_a_copy']:.2f} | 0.5 |"
+        for name in evaluation
+        if isinstance(evaluation[name], dict)
+    ]
+    rows += [
+        f"| {fits['scans']:,} fits, {name} [s] | {number(fits[name]['seconds'])} | {'at most 1' * ('alone' in name)} |"
+        for name in fits
+        if isinstance(fits[name], dict)
+    ]
+    return head + "| figure | value | to reach |\n|---|---:|---|\n" + "\n".join(rows) + f"\n\n{record['remark']}\n"
+
+
 def page(results: dict[str, Any]) -> str:
     names = [name for name in MEANING if name in results["figures"]]
     rows = [row(name, results) for name in (*names, *(n for n in results["figures"] if n not in MEANING))]
@@ -128,9 +161,7 @@ def page(results: dict[str, Any]) -> str:
         growth(),
         crashes(),
         "## On a GPU\n",
-        'The same code runs there: `evaluate(.., device="gpu")` or JAX arrays that lie on it.\n',
-        "| figure | value |\n|---|---|\n"
-        + "\n".join(f"| {what} | not measured: no GPU was at hand |" for what, _ in GPU),
+        gpu(),
     ]
     return "\n".join(parts) + "\n"
 

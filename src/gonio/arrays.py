@@ -99,20 +99,22 @@ class _DrJit:
         self.traces = self.dr.is_jit_v(widest)
 
     def asarray(self, values: Any) -> Array:
+        """An array of at least one element."""
         array = self.tensor(values)
         return array if array.shape else self.tensor(array.array)
 
     def where(self, condition: Array, x: Array, y: Array) -> Array:
+        """As the standard's; Dr.Jit calls it select."""
         return self.dr.select(condition, x, y)
 
     def stack(self, arrays: Sequence[Array], axis: int) -> Array:
         """Along a new axis, which is counted from the end."""
-        behind = -1 - axis
-        place = self.asarray(range(len(arrays)))[(..., *[None] * behind)]
-        parts = [array[(..., None, *[slice(None)] * behind)] for array in arrays]
-        stacked = parts[0]
-        for k, part in enumerate(parts[1:], start=1):
-            stacked = self.where(place == k, part, stacked)
+        later_axes = -1 - axis
+        index = self.asarray(range(len(arrays)))[(..., *[None] * later_axes)]
+        widened = [array[(..., None, *[slice(None)] * later_axes)] for array in arrays]
+        stacked = widened[0]
+        for k, array in enumerate(widened[1:], start=1):
+            stacked = self.where(index == k, array, stacked)
         return stacked
 
     def __getattr__(self, name: str) -> Callable[..., Array]:
@@ -121,10 +123,10 @@ class _DrJit:
             numpy = array_namespace(np.empty(0))
             return lambda *x, **options: self.asarray(getattr(numpy, name)(*map(np.asarray, x), **options))
         dr = self.dr
-        own = {
+        composed = {
             "expm1": lambda x: 2 * dr.sinh(x / 2) * dr.exp(x / 2),
             "log1p": lambda x: 2 * dr.asinh(x / (2 * dr.sqrt(1 + x))),
             "erfc": lambda x: 1 - dr.erf(x),
             "gammaln": dr.lgamma,
         }
-        return own.get(name) or getattr(dr, name)
+        return composed.get(name) or getattr(dr, name)

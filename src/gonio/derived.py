@@ -1,4 +1,4 @@
-"""Numbers that a fit is asked for, each with its uncertainty: reflectance, albedo, peak and half width."""
+"""Quantities that follow from a fit, each with its uncertainty: reflectance, albedo, peak and half width."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,15 +23,15 @@ Curve = Callable[[Values, Values], Values]  # all values of the fit and signed t
 RELATIVE = "the data are relative: without a calibration there is no reflectance"
 NARROW = "a lobe is too narrow for the quadrature: gonio check --samples draws directions instead"
 NODES = (48, 96, 200)  # of quadratures, each tried where the one before depends on its nodes
-COARSER, SAME = 0.7, 1e-4  # a quadrature holds if with so few of its nodes it differs by no more, relative
-FINE = 0.05  # deg: grid on which a peak and its half are looked for
+COARSER, SAME = 0.7, 1e-4  # a quadrature has converged if this share of its nodes changes it by no more, relative
+FINE = 0.05  # deg: step of the grid on which a peak and its half are searched
 
 
 @dataclass(frozen=True)
 class Derived:
     """One number: what it is, at which incidence and set, its value and standard uncertainties, or why there is none.
 
-    systematic is NaN where the scan states none.
+    systematic: the systematic part of the uncertainty, NaN where the scan states none.
     """
 
     name: str
@@ -49,7 +49,7 @@ def derived(
     theta_i: Sequence[float] | None = None,
     progress: Progress = silent,
 ) -> list[Derived]:
-    """What follows from a fit, for every set of the scan that it was made of.
+    """What follows from a fit, for every set of the scan that was fitted.
 
     At each incidence angle [deg], the scan's own where None: the directional-hemispherical reflectance, the largest
     BRDF in plane within the angles that the scan covers, and half the width of that peak at half its height. Over all
@@ -58,20 +58,20 @@ def derived(
     Raises ValueError for an incidence angle that a grouped parameter has no value for.
     """
     flat = dataset.points(scan)
-    found: list[Derived] = []
+    numbers: list[Derived] = []
     parts = list(_sets(flat))
-    for done, (key, part) in enumerate(parts):
+    for finished, (key, part) in enumerate(parts):
         angles = np.unique(part["theta_i"].values).tolist() if theta_i is None else theta_i
         for k, angle in enumerate(angles):
-            found += _at_incidence(solution, part, key, float(angle))
-            progress((done + (k + 1) / (len(angles) + 1)) / len(parts))
-        found.append(_albedo(solution, part, key))
-        progress((done + 1) / len(parts))
-    return found
+            numbers += _at_incidence(solution, part, key, float(angle))
+            progress((finished + (k + 1) / (len(angles) + 1)) / len(parts))
+        numbers.append(_albedo(solution, part, key))
+        progress((finished + 1) / len(parts))
+    return numbers
 
 
 def _sets(flat: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
-    """What tells each set of a flat scan from the next, and its part of the scan."""
+    """The coordinates that distinguish each set of a flat scan, and its part of the scan."""
     keys = dataset.sets(flat)
     for row in dict.fromkeys(zip(*(flat[key].values.tolist() for key in keys), strict=True)) if keys else [()]:
         key = dict(zip(keys, row, strict=True))
@@ -94,11 +94,11 @@ def _at_incidence(solution: Solution, part: xr.Dataset, key: Mapping[str, Any], 
 
 
 def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable[[Values], dict[str, float]]:
-    """All values of the fit to those that hold at one incidence angle of a set."""
+    """From all values of the fit, those that hold at one incidence angle of a set."""
     sets = {name: part[name].values[:1] for name in dataset.SETS if name in part.coords}
-    here = dataset.make_scan([theta_i], [0.0], [0.0], coordinates=sets)
-    places = {name: int(np.ravel(place)[0]) for name, place in solution.places(here).items()}
-    return lambda values: {name: float(values[place]) for name, place in places.items()}
+    direction = dataset.make_scan([theta_i], [0.0], [0.0], coordinates=sets)
+    indices = {name: int(np.ravel(index)[0]) for name, index in solution.places(direction).items()}
+    return lambda values: {name: float(values[index]) for name, index in indices.items()}
 
 
 def _albedo(solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
@@ -123,63 +123,73 @@ def _integral(
     integral: Callable[[Values, int], float],
     refused: str = "",
 ) -> Derived:
-    """A reflectance, unless the data are relative or the quadrature depends on its nodes."""
+    """A reflectance, unless the data are relative or the quadrature depends on its nodes.
+
+    `refused` says why there is no such number, "" where there is.
+    """
     if solution.unit != dataset.ABSOLUTE:
         refused = RELATIVE
     if refused:
         return Derived(name, where, "1", why=refused)
     values = solution.dataset["value"].values
-    enough = (n for n in NODES if math.isclose(integral(values, n), integral(values, int(COARSER * n)), rel_tol=SAME))
-    nodes = next(enough, None)
+    converged = (
+        n for n in NODES if math.isclose(integral(values, n), integral(values, int(COARSER * n)), rel_tol=SAME)
+    )
+    nodes = next(converged, None)
     if nodes is None:
         return Derived(name, where, "1", why=NARROW)
-    found = propagate(solution, lambda values: np.array([integral(values, nodes)]))
-    return Derived(name, where, "1", float(found.value[0]), float(found.uncertainty[0]), float(found.systematic[0]))
+    band = propagate(solution, lambda values: np.array([integral(values, nodes)]))
+    return Derived(name, where, "1", float(band.value[0]), float(band.uncertainty[0]), float(band.systematic[0]))
 
 
 def _peak(where: Mapping[str, Any], solution: Solution, curve: Curve, part: xr.Dataset) -> Iterator[Derived]:
     """The largest value in plane and the half width about it.
 
-    The peak moves, and its value does not follow to first order; the half moves by its change over the curve's slope.
+    Where values of the fit change, the angle of the peak moves. Its height does not depend on that to first order, for
+    the slope is 0 there. The angles of half height move by the change of half height less the curve's, over its slope.
     """
     unit = solution.unit
-    here = part.isel(direction=np.flatnonzero(dataset.is_in_plane(part) & (part["theta_i"].values == where["theta_i"])))
-    if here.sizes["direction"] < 2:
+    curve_rows = dataset.is_in_plane(part) & (part["theta_i"].values == where["theta_i"])
+    in_plane = part.isel(direction=np.flatnonzero(curve_rows))
+    if in_plane.sizes["direction"] < 2:
         why = "the scan has no curve in plane at this incidence"
         yield from (Derived("peak", where, unit, why=why), Derived("half width", where, "deg", why=why))
         return
-    values, signed = solution.dataset["value"].values, dataset.signed_theta_r(here)
-    top, sides = _found(lambda theta_r: curve(values, theta_r), float(signed.min()), float(signed.max()))
-    at = np.array([top, *sides])
+    values, signed = solution.dataset["value"].values, dataset.signed_theta_r(in_plane)
+    top, sides = _top_and_sides(lambda theta_r: curve(values, theta_r), float(signed.min()), float(signed.max()))
+    theta_r = np.array([top, *sides])
     slopes = derivative(lambda theta_r: curve(values, theta_r), sides).diagonal() if len(sides) else sides
 
     def numbers(values: Values) -> Values:
-        peak, *halves = curve(values, at)
+        peak, *halves = curve(values, theta_r)
         moved = sides + (peak / 2 - np.array(halves)) / slopes
         return np.array([peak, np.ptp(moved) / 2] if len(moved) else [peak])
 
-    found = propagate(solution, numbers)
-    columns = zip(found.value.tolist(), found.uncertainty.tolist(), found.systematic.tolist(), strict=True)
+    band = propagate(solution, numbers)
+    columns = zip(band.value.tolist(), band.uncertainty.tolist(), band.systematic.tolist(), strict=True)
     yield Derived("peak", where, unit, *next(columns))
     why = "the fit does not fall to half its peak on both sides within the scan"
     yield Derived("half width", where, "deg", *next(columns, ()), why="" if len(sides) else why)
 
 
-def _found(curve: Callable[[Values], Values], low: float, high: float) -> tuple[float, Values]:
-    """Where a curve is largest between two angles, and where it falls to half on either side; none of both if not."""
+def _top_and_sides(curve: Callable[[Values], Values], low: float, high: float) -> tuple[float, Values]:
+    """Where a curve is largest between two angles [deg], and the two angles beside it where it has half that height.
+
+    No angles of half height unless it falls to half on both sides.
+    """
     from scipy.optimize import brentq, minimize_scalar
 
-    def at(theta_r: float) -> float:
+    def height(theta_r: float) -> float:
         return float(curve(np.array([theta_r]))[0])
 
     grid = np.linspace(low, high, max(int((high - low) / FINE), 3) + 1)
     heights = curve(grid)
     k = int(np.argmax(heights))
-    around = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
-    refined = float(minimize_scalar(lambda t: -at(t), bounds=around, method="bounded", options={"xatol": 1e-9}).x)
-    top = refined if at(refined) > heights[k] else float(grid[k])
-    half = at(top) / 2
-    left, right = np.flatnonzero((heights < half) & (grid < top)), np.flatnonzero((heights < half) & (grid > top))
-    if not (left.size and right.size):
+    bounds = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
+    refined = float(minimize_scalar(lambda t: -height(t), bounds=bounds, method="bounded", options={"xatol": 1e-9}).x)
+    top = refined if height(refined) > heights[k] else float(grid[k])
+    half = height(top) / 2
+    lower, upper = np.flatnonzero((heights < half) & (grid < top)), np.flatnonzero((heights < half) & (grid > top))
+    if not (lower.size and upper.size):
         return top, np.empty(0)
-    return top, np.array([brentq(lambda t: at(t) - half, grid[end], top) for end in (left[-1], right[0])])
+    return top, np.array([brentq(lambda t: height(t) - half, grid[end], top) for end in (lower[-1], upper[0])])

@@ -1,4 +1,4 @@
-"""Files: the error that names the place in one, and writing to a temporary name that is then renamed."""
+"""Files: the error that names the place of a fault, and writing to a temporary name that is then renamed."""
 
 import os
 import shutil
@@ -11,7 +11,7 @@ from gonio.portable import give_usual_rights
 
 
 class FormatError(ValueError):
-    """A file that cannot be read: which, where in it (a line or a byte offset), what was expected.
+    """A file that cannot be read: its path, where in it (a line or a byte offset), and what is wrong or was expected.
 
     What is quoted from the file may hold characters that cannot be printed: they are escaped, a form feed as in Python.
     """

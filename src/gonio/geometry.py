@@ -29,11 +29,12 @@ class Directions(NamedTuple):
 
 
 class Geometry(Directions):
-    """Directions and what models ask of them, each computed once, on first use.
+    """Directions and the quantities that models need of them, each computed once, on first use.
 
     A plain tuple of arrays, hence a JAX pytree without registration. Everything is derived from cosines and the half
-    vector, so that nothing is singular at the normal or at the mirror direction. What several parts of a model read
-    ends in a product: XLA computes a quotient or a root with several readers in a loop of its own, through memory.
+    vector, so that nothing is singular at the normal or at the mirror direction. Quantities that several parts of a
+    model use end in a product: XLA computes a quotient or a root that is used several times in a loop of its own,
+    through memory.
     """
 
     @classmethod
@@ -65,18 +66,22 @@ class Geometry(Directions):
 
     @cached_property
     def cos_i(self) -> Array:
+        """Cosine of the incidence angle, at least GRAZING."""
         return _above_zero(self.z_i, GRAZING)
 
     @cached_property
     def cos_r(self) -> Array:
+        """Cosine of the reflection angle, at least GRAZING."""
         return _above_zero(self.z_r, GRAZING)
 
     @cached_property
     def theta_i_deg(self) -> Array:
+        """Incidence angle [deg]."""
         return to_degrees(_polar_angle(self.x_i, self.y_i, self.z_i))
 
     @cached_property
     def theta_r_deg(self) -> Array:
+        """Reflection angle [deg], from the normal, never negative."""
         return to_degrees(_polar_angle(self.x_r, self.y_r, self.z_r))
 
     @cached_property

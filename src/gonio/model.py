@@ -88,8 +88,8 @@ class Model:
     """A BRDF model [1/sr, without the cosine]: name, terms by weight, and what is known about its physics.
 
     `violates` names a law of physics that the model breaks and says why; `confidence` is "confirmed" where the
-    formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers made of
-    several parameters that data tell better than the parameters themselves.
+    formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers computed
+    from several parameters that data determine better than the parameters themselves.
     Raises ValueError when two terms declare the same shape parameter differently.
     """
 
@@ -125,13 +125,16 @@ class Model:
 
     @property
     def weights(self) -> tuple[str, ...]:
+        """The names of the weights, one for each term."""
         return tuple(self.terms)
 
     @property
     def parameters(self) -> tuple[str, ...]:
+        """The names of all parameters: weights, then shape parameters."""
         return (*self.weights, *self.shape)
 
     def term_unit(self, weight: str) -> str:
+        """The unit of the term that has this weight."""
         return _unit(self.terms[weight]).unit
 
     @functools.cached_property
@@ -156,7 +159,7 @@ class Model:
         Raises ValueError for a model without polarisation, and as `basis` does.
         """
         if not self.polarised:
-            raise ValueError(f"{self.name} says nothing about polarisation: choose a model with Mueller terms")
+            raise ValueError(f"{self.name} has no Mueller terms: choose a model of polarised reflection")
         values = self._terms(geometry, shape)
         return {w: v if _unit(self.terms[w]).mueller else depolarising(v) for w, v in values.items()}
 
@@ -165,9 +168,10 @@ class Model:
         return self._weighted(self.mueller_basis, geometry, values, extra=2)
 
     def _terms(self, geometry: Geometry, shape: Mapping[str, Array]) -> dict[str, Array]:
+        """Every term by weight, scalars and Mueller matrices alike, 0 where a direction is below the horizon."""
         self._refuse_unknown(shape, self.shape)
-        given = [shape.get(name, p.default) for name, p in self.shape.items()]
-        xp, aligned = align(*geometry, *given)
+        shape_values = [shape.get(name, p.default) for name, p in self.shape.items()]
+        xp, aligned = align(*geometry, *shape_values)
         unchanged = all(a is b and is_traced_never(a) for a, b in zip(geometry, aligned[:6], strict=True))
         directions = geometry if unchanged else Geometry(*aligned[:6])
         values = dict(zip(self.shape, aligned[6:], strict=True))
@@ -188,17 +192,18 @@ class Model:
         """Sum of weight times term, whose last `extra` dimensions are no directions."""
         self._refuse_unknown(values, self.parameters)
         basis = basis_of(geometry, {k: v for k, v in values.items() if k in self.shape})
-        names = [w for w in self.weights if w in values]
-        if not names:
+        weighted = [w for w in self.weights if w in values]
+        if not weighted:
             raise ValueError(f"{self.name}: give at least one weight: {', '.join(self.weights)}")
-        _, aligned = align(*(basis[w] for w in names), *(values[w] for w in names))
-        terms, weights = aligned[: len(names)], [w[(..., *[None] * extra)] for w in aligned[len(names) :]]
+        _, aligned = align(*(basis[w] for w in weighted), *(values[w] for w in weighted))
+        terms, weights = aligned[: len(weighted)], [w[(..., *[None] * extra)] for w in aligned[len(weighted) :]]
         return sum((w * t for w, t in zip(weights[1:], terms[1:], strict=True)), start=weights[0] * terms[0])
 
-    def _refuse_unknown(self, given: Iterable[str], known: Iterable[str]) -> None:
-        known = tuple(known)
-        for name in given:
-            if name not in known:
+    def _refuse_unknown(self, names: Iterable[str], allowed: Iterable[str]) -> None:
+        """ValueError for the first of the names that is not allowed."""
+        allowed = tuple(allowed)
+        for name in names:
+            if name not in allowed:
                 shape = ", ".join(self.shape) or "none"
                 raise ValueError(
                     f"{self.name} has no parameter {name!r}; "
@@ -207,21 +212,21 @@ class Model:
 
 
 def _declared_at(module: str, attribute: str) -> Model:
-    found: Model = getattr(importlib.import_module(module), attribute)
-    return found
+    model: Model = getattr(importlib.import_module(module), attribute)
+    return model
 
 
 @functools.cache
 def declarations(term: Term) -> dict[str, Parameter]:
     """The shape parameters that a term declares in its signature, in order."""
     hints = get_type_hints(term, include_extras=True)
-    found = {}
+    parameters = {}
     for name in list(inspect.signature(term).parameters)[1:]:
         notes = [a for a in get_args(hints.get(name)) if isinstance(a, Parameter)]
         if len(notes) != 1:
             raise ValueError(f"argument {name!r} of term {term.__name__} needs one Parameter in its annotation")
-        found[name] = notes[0]
-    return found
+        parameters[name] = notes[0]
+    return parameters
 
 
 def depolarising(f: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Whether a reflectance can be real: positivity, Helmholtz reciprocity and energy, and where each fails."""
+"""Whether a reflectance obeys the laws of physics: positivity, Helmholtz reciprocity, energy; and where it fails."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,15 +16,16 @@ Brdf = Callable[[Geometry], Values]
 
 ROUNDING = 1e-6  # |ln ratio| of exchanged directions that arithmetic alone can leave
 QUADRATURE = 1e-3  # excess of a reflectance over 1 that the quadrature alone can leave
-PAIRS = 4_000  # exchanged directions that a model is tried on
-STEEPEST = 85.0  # deg: quasi-random directions stay this side of grazing, where models diverge by design
+PAIRS = 4_000  # pairs of directions at which a model is evaluated
+STEEPEST = 85.0  # deg: largest angle of the quasi-random directions, because many models diverge towards 90 deg
 INCIDENCES = 20  # nodes over the incidence angle of uniform light
+RELATIVE = "the data are relative: without a calibration their energy is unknown"
 FURNACE_ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One law of physics: whether it holds, by how much it fails and where; None where it cannot be told, with why."""
+    """One law of physics: whether it holds, by how much it fails and where; None where that is unknown, with why."""
 
     law: str
     holds: bool | None
@@ -42,20 +43,20 @@ def positivity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
 
 
 def reciprocity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
-    """Root mean square and worst ln f(i, r)/f(r, i) over quasi-random pairs, or pairs of angles given [deg]."""
+    """Root mean square and worst ln f(i, r)/f(r, i) over quasi-random pairs; both polar angles from `theta_i` [deg]."""
     angles = _directions(theta_i, both=True)
-    there = Geometry.from_degrees(*angles)
-    back = Geometry(*there[3:], *there[:3])
-    return _exchange(np.asarray(brdf(there)), np.asarray(brdf(back)), lambda k: _place(angles, k))
+    forward = Geometry.from_degrees(*angles)
+    exchanged = Geometry(*forward[3:], *forward[:3])
+    return _exchange(np.asarray(brdf(forward)), np.asarray(brdf(exchanged)), lambda k: _place(angles, k))
 
 
 def energy(brdf: Brdf, unit: str, theta_i: Sequence[float] | None = None) -> Verdict:
     """The white furnace: directional-hemispherical reflectance at several incidence angles, at most 1 each.
 
-    Relative data are refused: without a calibration there is no energy to keep.
+    Relative data have no verdict: without a calibration their reflectance is unknown.
     """
     if unit != dataset.ABSOLUTE:
-        return Verdict("energy", None, {}, "", "the data are relative: without a calibration no energy can be told")
+        return Verdict("energy", None, {}, "", RELATIVE)
     angles = FURNACE_ANGLES if theta_i is None else theta_i
     reflectances = [hemispherical_reflectance(brdf, angle) for angle in angles]
     worst = int(np.argmax(reflectances))
@@ -92,7 +93,7 @@ def bihemispherical_reflectance(brdf: Brdf, nodes: int = 200) -> float:
 
 
 def of_scan(scan: xr.Dataset) -> list[Verdict]:
-    """The three laws as far as a scan's own values tell: reciprocity over the pairs of directions that it holds."""
+    """The three laws as far as a scan's values show them: reciprocity over the pairs of directions that it holds."""
     flat = dataset.points(scan)
     values = flat["brdf"].values
     least = int(np.argmin(values))
@@ -100,22 +101,23 @@ def of_scan(scan: xr.Dataset) -> list[Verdict]:
     positive = Verdict("positivity", bool(values[least] >= 0), {"least": float(values[least])}, _place(angles, least))
     refused = "a scan of some directions says nothing about the hemisphere: fit a model and check that"
     if dataset.unit(scan) != dataset.ABSOLUTE:
-        refused = "the data are relative: without a calibration no energy can be told"
+        refused = RELATIVE
     return [positive, _reciprocity_of_scan(flat), Verdict("energy", None, {}, "", refused)]
 
 
 def _reciprocity_of_scan(flat: xr.Dataset) -> Verdict:
+    """Reciprocity of each pair of a set that the scan holds both ways: angles agree to 1e-6 deg, phi up to its sign."""
     keys = dataset.sets(flat)
     sets = list(zip(*(flat[name].values.tolist() for name in keys), strict=True))
     sets = sets or [()] * flat.sizes["direction"]
     theta_i, theta_r, phi = (np.round(flat[name].values, 6) for name in dataset.ANGLES)
     phi = np.where((theta_i == 0) | (theta_r == 0), 0.0, np.abs((phi + 180) % 360 - 180))
     values = flat["brdf"].values
-    known = {(s, i, r, p): v for s, i, r, p, v in zip(sets, theta_i, theta_r, phi, values, strict=True)}
+    value_at = {(s, i, r, p): v for s, i, r, p, v in zip(sets, theta_i, theta_r, phi, values, strict=True)}
     pairs = [
-        (k, known[(s, r, i, p)])
+        (k, value_at[(s, r, i, p)])
         for k, (s, i, r, p) in enumerate(zip(sets, theta_i, theta_r, phi, strict=True))
-        if i < r and (s, r, i, p) in known
+        if i < r and (s, r, i, p) in value_at
     ]
     if not pairs:
         return Verdict("reciprocity", None, {}, "", "the scan holds no pair of exchanged directions")
@@ -125,12 +127,14 @@ def _reciprocity_of_scan(flat: xr.Dataset) -> Verdict:
     return _exchange(values[rows], exchanged, lambda k: _place(angles, k), tolerance=None)
 
 
-def _exchange(there: Values, back: Values, place: Callable[[int], str], tolerance: float | None = ROUNDING) -> Verdict:
-    """Reciprocity from values at directions and at exchanged ones; without a tolerance measured data only score."""
-    both = (there > 0) & (back > 0)
+def _exchange(
+    forward: Values, exchanged: Values, place: Callable[[int], str], tolerance: float | None = ROUNDING
+) -> Verdict:
+    """Reciprocity from values at directions and at exchanged ones; without a tolerance there is no verdict."""
+    both = (forward > 0) & (exchanged > 0)
     if not both.any():
         return Verdict("reciprocity", None, {}, "", "no pair of exchanged directions has positive values")
-    ratio = np.log(there[both]) - np.log(back[both])  # no quotient: measured values may lie 600 decades apart
+    ratio = np.log(forward[both]) - np.log(exchanged[both])  # no quotient: measured values may lie 600 decades apart
     worst = int(np.argmax(np.abs(ratio)))
     figures = {
         "pairs": float(both.sum()),
@@ -143,15 +147,18 @@ def _exchange(there: Values, back: Values, place: Callable[[int], str], toleranc
 
 
 def _directions(theta_i: Sequence[float] | None, both: bool = False) -> Values:
-    """theta_i, theta_r and phi [deg] of quasi-random directions; the polar angles from `theta_i` where it is given."""
+    """theta_i, theta_r and phi [deg] of quasi-random directions (Halton's sequence).
+
+    With `theta_i`, incidence angles are drawn from it, and with `both` reflection angles as well.
+    """
     from scipy.stats import qmc
 
     unit = qmc.Halton(3, scramble=False).random(PAIRS + 1)[1:].T
     angles: Values = unit * np.array([[STEEPEST], [STEEPEST], [360.0]])
     if theta_i is not None:
-        given = np.asarray(theta_i, dtype=float)
+        choices = np.asarray(theta_i, dtype=float)
         for k in (0, 1) if both else (0,):
-            angles[k] = given[(unit[k] * len(given)).astype(int)]
+            angles[k] = choices[(unit[k] * len(choices)).astype(int)]
     return angles
 
 

@@ -1,4 +1,4 @@
-"""Polarised light: Stokes vectors in and out, what they say, and what a warm surface emits.
+"""Polarised light: reflected Stokes vectors, their degree and angle of polarisation, and the emissivity of a surface.
 
 Stokes parameters and their bases are those of `gonio.optics.mueller`: s is horizontal, p lies in the plane of the ray
 and the surface normal.
@@ -21,7 +21,7 @@ IMPOSSIBLE = 1e-9  # excess of the degree of polarisation over 1 that rounding c
 
 
 def stokes(values: npt.ArrayLike) -> Values:
-    """Four Stokes parameters (..., 4) that light can have; ValueError where they are polarised more than fully."""
+    """Four Stokes parameters (..., 4) that light can have; ValueError where the degree of polarisation exceeds 1."""
     vector = np.asarray(values, dtype=float)
     if vector.shape[-1:] != (4,) or not np.isfinite(vector).all():
         raise ValueError(f"Stokes parameters are four finite numbers I, Q, U, V, not {values!r}")
@@ -60,8 +60,8 @@ def emissivity(model: Model, values: Mapping[str, float], theta_r: float) -> Val
     """
     arriving = _arriving(model, values, theta_r, NODES[0])
     for nodes in NODES[1:]:
-        before, arriving = arriving, _arriving(model, values, theta_r, nodes)
-        if np.max(np.abs(arriving - before)) < CONVERGED:
+        coarser, arriving = arriving, _arriving(model, values, theta_r, nodes)
+        if np.max(np.abs(arriving - coarser)) < CONVERGED:
             break
     else:
         raise ValueError(f"the lobe of {model.name} is too narrow to integrate over the hemisphere: widen it")

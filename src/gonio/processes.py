@@ -14,7 +14,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB
 
 
 def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[tuple[int, Result]]:
-    """`work(item)` of every item with the item's place, in the order in which they end; one worker works here.
+    """`work(item)` of every item with the item's index, in the order in which they end; one worker is this process.
 
     More workers are fresh processes, on every platform alike, with one thread each: `work`, items and results travel
     between them, so a function must be found by its name in a module, and a script that calls this needs its guard
@@ -29,15 +29,15 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import active_children, get_context
 
-    others = set(active_children())
+    other_children = set(active_children())
     with _one_thread_each():
         pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=ignore_interrupts)
         try:
-            places = {pool.submit(work, item): place for place, item in enumerate(items)}
-            for future in as_completed(places):
-                yield places[future], future.result()
+            indices = {pool.submit(work, item): index for index, item in enumerate(items)}
+            for future in as_completed(indices):
+                yield indices[future], future.result()
         except BaseException:
-            for child in set(active_children()) - others:
+            for child in set(active_children()) - other_children:
                 child.terminate()
             raise
         finally:
@@ -46,13 +46,13 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes that start meanwhile compute with one thread: cores are shared out already."""
-    before = {name: os.environ.get(name) for name in THREADS}
+    """Processes that start within the block compute with one thread: the cores are shared between processes already."""
+    previous = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
+        for name, value in previous.items():
             if value is None:
                 del os.environ[name]
             else:

@@ -1,8 +1,8 @@
-"""Reflected directions drawn as a model reflects them, and hemispherical reflectance by Monte Carlo.
+"""Reflected directions drawn in proportion to what a model reflects, and hemispherical reflectance by Monte Carlo.
 
 Every weighted term is drawn by the sampler that it declares, or from a table of its own where it declares none; the
-whole is the mixture of them. The density belongs to what is drawn, exactly, so that value cos(theta_r)/density averages
-to the reflectance whatever the shape of the lobes.
+model is the mixture of them (importance sampling). The density is exactly that of the directions drawn, so that
+f cos(theta_r)/density averages to the reflectance whatever the shape of the lobes.
 """
 
 import functools
@@ -21,13 +21,13 @@ from gonio.optics.sampling import COSINE
 Values = npt.NDArray[np.float64]
 Incidence = tuple[Values, Values, Values]
 
-PILOT = 1_000  # directions by which the reflectance of a term is guessed
-LEAST_SHARE = 0.01  # of the directions that every weighted term gets, because a guess may be too low
-DEFENSIVE = 0.05  # share of a table that is drawn by the cosine: nothing that reflects is left out (owen2000)
+PILOT = 1_000  # directions from which the reflectance of a term is estimated
+LEAST_SHARE = 0.01  # of the directions that every weighted term gets, because the estimate may be too low
+DEFENSIVE = 0.05  # share of a table that is drawn by the cosine, so that no lobe is missed (owen2000)
 COARSEST, FINEST = 3, 24  # halvings of the side of a table's square
-SEEN = 18  # halvings up to which cells by the mirror direction and the beam are split unseen: lobes of 1e-5 are found
-NODES = 4  # a cell is tried on NODES x NODES directions
-UNEVEN = 5e-4  # part of the reflectance by which a cell may be uneven
+SEEN = 18  # halvings up to which cells at the mirror direction and the beam are always split: finds lobes of 1e-5
+NODES = 4  # a cell is evaluated at NODES x NODES directions
+UNEVEN = 5e-4  # largest range over a cell, times its solid angle, as a share of the reflectance
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Samples:
 
     @property
     def weights(self) -> Values:
-        """Value times cos(theta_r) over density: what averages to the reflectance."""
+        """Value times cos(theta_r) over density, whose mean estimates the reflectance; 0 for light that is lost."""
         lost = self.density == 0
         weights: Values = self.value * self.geometry.z_r / np.where(lost, 1.0, self.density)
         return np.where(lost, 0.0, weights)
@@ -57,14 +57,15 @@ class Estimate:
     standard_error: float
 
 
-# what overflows here is a denominator: the far tail of a steep distribution, which is 0
+# Only denominators overflow here: in the far tail of a steep distribution, which is 0 then.
 @np.errstate(over="ignore")
 def sample(
     model: Model, values: Mapping[str, float], theta_i: float, n: int, seed: int = 0, phi_i: float = 0.0
 ) -> Samples:
     """`n` reflected directions for one incidence at theta_i, phi_i [deg], by the terms that `values` give a weight.
 
-    Raises ValueError for names that the model has not, without a weight other than 0, below the horizon, and for n < 1.
+    Raises ValueError for names that the model does not have, if no weight differs from 0, for incidence below the
+    horizon, and for n < 1.
     """
     if n < 1:
         raise ValueError(f"n must be at least 1, not {n}")
@@ -83,18 +84,18 @@ def density(model: Model, values: Mapping[str, float], geometry: Geometry) -> Va
     light = np.stack(np.broadcast_arrays(*(np.asarray(c, dtype=float) for c in geometry[:3])))
     directions = np.stack(np.broadcast_arrays(light[2], *(np.asarray(c, dtype=float) for c in geometry[3:])))[1:]
     shape = directions.shape[1:]
-    # nearly equal ones are one: the same angle beside another azimuth may differ in the last digit
+    # One mixture for each distinct incidence. Rounded: one angle computed at two azimuths may differ in the last digit.
     flat = light.reshape(3, -1)
-    _, first, which = np.unique(np.round(flat, 12), axis=1, return_index=True, return_inverse=True)
-    which = np.broadcast_to(np.reshape(which, light.shape[1:]), shape)
-    found = np.zeros(shape)
+    _, first, group = np.unique(np.round(flat, 12), axis=1, return_index=True, return_inverse=True)
+    group = np.broadcast_to(np.reshape(group, light.shape[1:]), shape)
+    densities = np.zeros(shape)
     for k, (x, y, z) in enumerate(flat[:, first].T):
         if z <= 0:
             raise ValueError("the incident light is below the horizon")
         incidence = (np.array([x]), np.array([y]), np.array([z]))
-        g = _towards(incidence, *directions[:, which == k])
-        found[which == k] = np.where(g.below, 0.0, _mixture(model, values, incidence).density(g))
-    return found
+        g = _towards(incidence, *directions[:, group == k])
+        densities[group == k] = np.where(g.below, 0.0, _mixture(model, values, incidence).density(g))
+    return densities
 
 
 def hemispherical_reflectance(
@@ -113,9 +114,11 @@ def hemispherical_reflectance(
 class _Part(Protocol):
     """One term for one incidence."""
 
-    def draw(self, u: Values, v: Values) -> Incidence: ...
+    def draw(self, u: Values, v: Values) -> Incidence:
+        """Components of the directions drawn by the uniform numbers u and v."""
 
-    def density(self, g: Geometry) -> Values: ...
+    def density(self, g: Geometry) -> Values:
+        """Probability density [1/sr] of reflected directions."""
 
 
 @dataclass(frozen=True)
@@ -135,36 +138,37 @@ class _Declared:
 
 @dataclass(frozen=True)
 class _Table:
-    """Cells of constant density, small where a term is uneven, with a little of the cosine everywhere.
+    """Cells of constant density, small where a term is uneven, with a share of the cosine law everywhere.
 
-    The cells are squares in Lambert's equal-area map of the hemisphere, where nothing is special at the pole; what they
-    hold beyond its rim is below the horizon. Cells are in the order of their `first` Morton number.
+    The cells are squares in Lambert's equal-area map of the hemisphere, which has no singularity at the pole; their
+    parts outside the unit disc are below the horizon. Cells are in the order of their `first` Morton number.
     """
 
     incidence: Incidence
-    left: Values
-    bottom: Values
+    left: Values  # lower edge along the x axis of the map
+    bottom: Values  # lower edge along the y axis
     side: Values
-    first: npt.NDArray[np.int64]
+    first: npt.NDArray[np.int64]  # Morton number of the cell's first part on the finest level
     probability: Values
 
     def draw(self, u: Values, v: Values) -> Incidence:
-        plain = u < DEFENSIVE
-        by_cosine = COSINE.draw(*self.incidence, np.where(plain, u / DEFENSIVE, 0.0), v)
+        is_cosine = u < DEFENSIVE
+        by_cosine = COSINE.draw(*self.incidence, np.where(is_cosine, u / DEFENSIVE, 0.0), v)
         end = np.cumsum(self.probability)
-        within = np.where(plain, 0.0, (u - DEFENSIVE) / (1 - DEFENSIVE)) * end[-1]
-        # rounding may carry the last number past the end, where an empty cell cannot be entered
-        cell = np.minimum(np.searchsorted(end, within, side="right"), np.flatnonzero(self.probability)[-1])
-        rest = np.clip(1 - (end[cell] - within) / self.probability[cell], 0.0, 1.0)
-        by_cell = _unmapped(self.left[cell] + self.side[cell] * rest, self.bottom[cell] + self.side[cell] * v)
-        x, y, z = (np.where(plain, a, b) for a, b in zip(by_cosine, by_cell, strict=True))
+        cumulative = np.where(is_cosine, 0.0, (u - DEFENSIVE) / (1 - DEFENSIVE)) * end[-1]
+        # Rounding may carry the last number past the end: it stays in the last cell that has a probability.
+        cell = np.minimum(np.searchsorted(end, cumulative, side="right"), np.flatnonzero(self.probability)[-1])
+        # The place of u within its cell's probability is uniform again, and serves as the second coordinate.
+        fraction = np.clip(1 - (end[cell] - cumulative) / self.probability[cell], 0.0, 1.0)
+        by_cell = _unmapped(self.left[cell] + self.side[cell] * fraction, self.bottom[cell] + self.side[cell] * v)
+        x, y, z = (np.where(is_cosine, a, b) for a, b in zip(by_cosine, by_cell, strict=True))
         return x, y, z
 
     def density(self, g: Geometry) -> Values:
         reach = np.sqrt(1 + np.maximum(g.z_r, 0.0))
         x, y = g.x_r / reach, g.y_r / reach
-        whole = 1 << FINEST
-        column, row = (np.clip((c + 1) / 2 * whole, 0, whole - 1).astype(np.int64) for c in (x, y))
+        cells = 1 << FINEST  # along the square's side, on the finest level
+        column, row = (np.clip((c + 1) / 2 * cells, 0, cells - 1).astype(np.int64) for c in (x, y))
         cell = np.searchsorted(self.first, _morton(column, row), side="right") - 1
         tabulated = self.probability[cell] / (2 * self.side[cell] ** 2)
         return (1 - DEFENSIVE) * tabulated + DEFENSIVE * np.asarray(COSINE.density(g))
@@ -172,38 +176,40 @@ class _Table:
 
 @dataclass(frozen=True)
 class _Mixture:
+    """Terms that are drawn in shares, which add up to 1."""
+
     parts: tuple[_Part, ...]
     shares: Values
 
     def draw(self, random: np.random.Generator, n: int) -> Incidence:
-        chosen = random.choice(len(self.parts), size=n, p=self.shares)
+        choice = random.choice(len(self.parts), size=n, p=self.shares)
         u, v = random.random((2, n))
         directions = np.empty((3, n))
         for k, part in enumerate(self.parts):
-            rows = chosen == k
+            rows = choice == k
             directions[:, rows] = part.draw(u[rows], v[rows])
         x, y, z = directions
         return x, y, z
 
     def density(self, g: Geometry) -> Values:
-        found = (share * part.density(g) for share, part in zip(self.shares, self.parts, strict=True))
-        return np.asarray(sum(found))
+        densities = (share * part.density(g) for share, part in zip(self.shares, self.parts, strict=True))
+        return np.asarray(sum(densities))
 
 
 def _mixture(model: Model, values: Mapping[str, float], incidence: Incidence) -> _Mixture:
-    """The parts of every term that has a weight, in proportion to the light that each is guessed to reflect."""
-    model(_towards(incidence, *incidence), values)  # for what it says about names
+    """Every term that has a weight, in proportion to an estimate of the light that it reflects."""
+    model(_towards(incidence, *incidence), values)  # raises the model's own errors for unknown names
     weighted = {w: abs(float(values[w])) for w in model.weights if float(values.get(w, 0.0)) != 0}
     if not weighted:
         raise ValueError(f"{model.name} reflects nothing: give at least one weight other than 0")
-    parts, guesses = [], []
+    parts, estimates = [], []
     for weight, size in weighted.items():
         term = model.terms[weight]
         shape = {k: float(values.get(k, p.default)) for k, p in declarations(term).items()}
         part = _part(term, shape, incidence)
         parts.append(part)
-        guesses.append(size * _guess(term, shape, part, incidence) if len(weighted) > 1 else 1.0)
-    return _Mixture(tuple(parts), _shares(np.array(guesses)))
+        estimates.append(size * _pilot_reflectance(term, shape, part, incidence) if len(weighted) > 1 else 1.0)
+    return _Mixture(tuple(parts), _shares(np.array(estimates)))
 
 
 def _part(term: Term, shape: Mapping[str, float], incidence: Incidence) -> _Part:
@@ -215,25 +221,26 @@ def _part(term: Term, shape: Mapping[str, float], incidence: Incidence) -> _Part
     return _Declared(sampler, {k: np.asarray(v) for k, v in shape.items()}, incidence)
 
 
-def _guess(term: Term, shape: Mapping[str, float], part: _Part, incidence: Incidence) -> float:
-    """Roughly the light that a term reflects."""
+def _pilot_reflectance(term: Term, shape: Mapping[str, float], part: _Part, incidence: Incidence) -> float:
+    """A rough estimate of the light that a term reflects, from PILOT directions."""
     g = _towards(incidence, *part.draw(*np.random.default_rng(0).random((2, PILOT))))
     value = _reflected(term, shape, g)
     return float(np.mean(value / np.where(value > 0, part.density(g), 1.0)))
 
 
-def _shares(guesses: Values) -> Values:
-    total = guesses.sum()
-    shares = guesses / total if total > 0 else np.full(len(guesses), 1 / len(guesses))
+def _shares(estimates: Values) -> Values:
+    """Shares in proportion to the estimates, at least LEAST_SHARE before they are normalised; equal if all are 0."""
+    total = estimates.sum()
+    shares = estimates / total if total > 0 else np.full(len(estimates), 1 / len(estimates))
     shares = np.maximum(shares, LEAST_SHARE)
     return np.asarray(shares / shares.sum())
 
 
 @functools.lru_cache(maxsize=16)
 def _table(term: Term, items: tuple[tuple[str, float], ...], towards: tuple[float, float, float]) -> _Table:
-    """Split the square that holds the hemisphere until no cell is uneven by more than a part of the whole.
+    """Split the square that holds the hemisphere until no cell is uneven by more than UNEVEN of the reflectance.
 
-    The last ones are kept: a table takes up to a second where the term is a series.
+    The latest tables are cached: one takes up to a second where the term is a series.
     """
     shape = dict(items)
     incidence: Incidence = (np.array([towards[0]]), np.array([towards[1]]), np.array([towards[2]]))
@@ -252,24 +259,24 @@ def _table(term: Term, items: tuple[tuple[str, float], ...], towards: tuple[floa
         if level < SEEN:
             split |= _near(marks, left, bottom, side)
         split &= level < FINEST
-        keep = ~split
-        number = _morton(column[keep], row[keep]) << 2 * (FINEST - level)
-        leaves.append((left[keep], bottom[keep], np.full(keep.sum(), side), number, mean[keep] * area))
-        settled += float(mean[keep].sum()) * area
+        final = ~split
+        number = _morton(column[final], row[final]) << 2 * (FINEST - level)
+        leaves.append((left[final], bottom[final], np.full(final.sum(), side), number, mean[final] * area))
+        settled += float(mean[final].sum()) * area
         column, row = _quarters(column[split]), _quarters(row[split], lower=True)
         if not len(column):
             break
-    left, bottom, sides, first, light = (np.concatenate(kept) for kept in zip(*leaves, strict=True))
+    left, bottom, sides, first, light = (np.concatenate(levels) for levels in zip(*leaves, strict=True))
     order = np.argsort(first)
-    whole = light.sum()
-    probability = light / whole if whole > 0 else sides**2 / np.sum(sides**2)
+    total_light = light.sum()
+    probability = light / total_light if total_light > 0 else sides**2 / np.sum(sides**2)
     return _Table(incidence, left[order], bottom[order], sides[order], first[order], probability[order])
 
 
 def _light(
     term: Term, shape: Mapping[str, float], incidence: Incidence, left: Values, bottom: Values, side: float
 ) -> tuple[Values, Values]:
-    """Mean and range over each cell of the light that goes there [1/sr]."""
+    """Mean and range over each cell of the term times cos(theta_r) [1/sr], from NODES x NODES directions."""
     nodes = (np.arange(NODES) + 0.5) / NODES * side
     x, y = np.broadcast_arrays((left[:, None] + nodes)[:, :, None], (bottom[:, None] + nodes)[:, None, :])
     light = _reflected(term, shape, _towards(incidence, *_unmapped(x, y))).reshape(len(left), NODES**2)
@@ -278,17 +285,17 @@ def _light(
 
 def _reflected(term: Term, shape: Mapping[str, float], g: Geometry) -> Values:
     """Size of a term times cos(theta_r), 0 below the horizon."""
-    alone = Model(name="term", title="", cite="", terms={"weight": term})
-    (value,) = alone.basis(g, shape).values()
+    single = Model(name="term", title="", cite="", terms={"weight": term})
+    (value,) = single.basis(g, shape).values()
     return np.asarray(np.abs(value) * np.maximum(g.z_r, 0.0))
 
 
 def _near(marks: list[tuple[Values, Values]], left: Values, bottom: Values, side: float) -> npt.NDArray[np.bool_]:
     """Whether a cell holds one of the marks, or would if it were twice as wide."""
-    found = np.zeros(len(left), dtype=bool)
+    near = np.zeros(len(left), dtype=bool)
     for x, y in marks:
-        found |= (np.abs(x - left - side / 2) <= side) & (np.abs(y - bottom - side / 2) <= side)
-    return found
+        near |= (np.abs(x - left - side / 2) <= side) & (np.abs(y - bottom - side / 2) <= side)
+    return near
 
 
 def _quarters(index: npt.NDArray[np.int64], lower: bool = False) -> npt.NDArray[np.int64]:
@@ -298,7 +305,7 @@ def _quarters(index: npt.NDArray[np.int64], lower: bool = False) -> npt.NDArray[
 
 
 def _morton(column: npt.NDArray[np.int64], row: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """The bits of both indices in turn: the cells within a cell have consecutive numbers."""
+    """Morton numbers, the bits of both indices in turn: the cells within a cell have consecutive numbers."""
     return _spaced(column) << 1 | _spaced(row)
 
 
@@ -311,18 +318,20 @@ def _spaced(index: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 
 
 def _mapped(x: Values, y: Values, z: Values) -> tuple[Values, Values]:
-    """Lambert's equal-area map, in which the hemisphere is the unit disc of half its solid angle."""
+    """Lambert's equal-area map: the hemisphere becomes the unit disc, and an area there is half the solid angle."""
     reach = np.sqrt(1 + z)
     return x / reach, y / reach
 
 
 def _unmapped(x: Values, y: Values) -> Incidence:
+    """The direction of a point of the map; beyond the unit disc it lies below the horizon."""
     squared = x * x + y * y
     reach = np.sqrt(np.maximum(2 - squared, 0.0))
     return x * reach, y * reach, 1 - squared
 
 
 def _incidence(theta_i: float, phi_i: float) -> Incidence:
+    """The incident direction as components of one element each; ValueError at or below the horizon."""
     if not 0 <= theta_i < 90:
         raise ValueError(f"theta_i must be at least 0 and below 90 deg, not {theta_i:g}")
     g = Geometry.from_degrees(np.array([float(theta_i)]), np.array([0.0]), phi_i=float(phi_i))

@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Unit:
-    """One unit: what it measures, its size in that quantity's own unit here, and how figures write it."""
+    """One unit: what it measures, its size in the unit that gonio uses for that quantity, and how figures write it."""
 
     quantity: str
     size: float

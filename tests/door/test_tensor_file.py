@@ -63,7 +63,7 @@ def test_arrays_of_the_other_byte_order_and_of_strides_are_stored_plainly(tmp_pa
         ({"entries": [entry(b"\xff", 10, 0, 1)]}, 20, "no UTF-8 text"),
         ({"entries": [entry(b"a", 12, 0, 1)]}, 23, "the type of 'a' is 12, outside 1 to 11"),
         ({"entries": [entry(b"a", 1, 0, 1, dimensions=60000)]}, 21, "has 60000 dimensions, more than 8"),
-        ({"entries": [entry(b"a", 1, 0, 1), entry(b"a", 1, 0, 1)]}, 40, "the field 'a' is there twice"),
+        ({"entries": [entry(b"a", 1, 0, 1), entry(b"a", 1, 0, 1)]}, 40, "the field 'a' occurs twice"),
         ({"entries": [entry(b"a", 10, 0, 2**62)]}, 40, "'a' has 4611686018427387904 values, more than"),
         ({"entries": [entry(b"a", 10, 0, 2**32, 2**32)]}, 48, "'a' has 18446744073709551616 values, more than"),
         ({"entries": [entry(b"a", 10, 0, 0, 5)]}, 48, "holds no value"),

@@ -166,7 +166,7 @@ def test_what_lies_below_the_horizon_on_a_grid_is_left_out_with_a_word(tmp_path)
         (HEAD.replace("#DIM 3 1", "#DIM 3 2000") + ROW, "line 1", "says 2000 values, outside 1 to 1000"),
         (HEAD.replace("INV_STERADIAN", "RGB_COLOR") + ROW, "line 1", "says 1 values, and RGB_COLOR has 3"),
         (HEAD + "#VS 3\n" + ROW, "line 4", "#VS is '3': it must be a whole number from 0 to 2"),
-        (HEAD + "#DIM 3 1\n" + ROW, "line 4", "#DIM is there twice"),
+        (HEAD + "#DIM 3 1\n" + ROW, "line 4", "#DIM occurs twice"),
         (HEAD.replace("#PARAM_IN  ISOTROPIC_TV_TL_DPHI\n", "") + ROW, "line 1", "there is no #PARAM_IN"),
         ("#DIM 2 1\n#PARAM_IN COS_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.5 1.01 1\n", "line 4", "0.5 1.01 is no COS_TH_TD"),
         ("#DIM 6 1\n#PARAM_IN CARTESIAN\n#PARAM_OUT INV_STERADIAN\n0 0 1 1 0 1 1\n", "line 4", "is no CARTESIAN"),

@@ -207,7 +207,7 @@ BAD = {
     "infinite": (changed("BRDF", "values", 0, 1e308).replace("1e+308", "1e999"), "1e999", "BRDF is inf"),
     "nan": (changed("BRDF", "values", 0, float("nan")), "NaN", "NaN is no JSON number"),
     "infinity": (changed("BRDF", "values", 0, float("-inf")), "-Infinity", "-Infinity is no JSON"),
-    "twice": (changed("BRDF", "values", 0, 1).replace('"uBRDF"', '"BRDF"'), None, "'BRDF' is there twice"),
+    "twice": (changed("BRDF", "values", 0, 1).replace('"uBRDF"', '"BRDF"'), None, "'BRDF' occurs twice"),
     "comma": (changed("BRDF", "values", 0, 1).replace('"unit": "%",', '"unit": "%"'), None, "no JSON"),
     "deep": (changed("BRDF", "values", 0, 77).replace("77", "[" * 900_000), None, "more than 64 deep"),
     "many": (changed("BRDF", "values", 0, 77).replace("77", "[],\n" * 1_000_000), None, "more than 1000000 lists"),
@@ -233,7 +233,7 @@ def test_bad_files_are_refused_with_their_line(name, tmp_path):
 
 def test_the_second_of_two_equal_names_is_the_place(tmp_path):
     text = '{\n"metadata": {},\n"data": {"theta_i": 1,\n"x": [{"theta_i": 2}],\n"theta_i": 3}}'
-    with pytest.raises(FormatError, match="line 5: the name 'theta_i' is there twice"):
+    with pytest.raises(FormatError, match="line 5: the name 'theta_i' occurs twice"):
         read(written(tmp_path, text))
 
 

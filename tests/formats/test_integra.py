@@ -258,7 +258,7 @@ def test_out_of_plane_layout_goes_round_the_mirror_direction():
 
 def test_what_a_file_cannot_say_is_refused(tmp_path):
     scan = read(saved(tmp_path, MINIMAL))
-    with pytest.raises(ValueError, match=r"\.ddt for the other"):
+    with pytest.raises(ValueError, match=r"\.ddt for transmission"):
         write(scan.assign_coords(mode="transmission"), tmp_path / "a.ddr")
     with pytest.raises(ValueError, match="channels R, G, B"):
         write(scan.assign_coords(channel="vis"), tmp_path / "a.ddr")
@@ -275,7 +275,7 @@ DEFECTS = [
     ("0 60", "0 nan", "line 7", "not a finite number"),
     ("0 60", "0 6,5", "line 7", "decimal points"),
     ("theta 2\n 0 20\n", "", "line 10", "no theta"),
-    ("phi 4", "sigma 4", "line 8", "there twice"),
+    ("phi 4", "sigma 4", "line 8", "occurs twice"),
     ("ASymmetrical", "PointSymmetrical", "line 3", "where AxiSymmetrical or"),
     ("TypeColorModel BW", "TypeColorModel RGB", "line 12", "TypeColorModel is rgb"),
     ("TypeColorModel BW", "TypeColorModel spectral 0", "line 4", "outside 1 to"),
@@ -290,7 +290,7 @@ DEFECTS = [
     ("1 2 3 4 5 6 7 8\n ;; the second incidence\n 9 10 11 12 13 14 15 16", "0 " * 16, "line 16", "every value is zero"),
     ("ASymmetrical", "ASymmetrical 4D", "line 12", "psi"),
     ("ASymmetrical", "AxiSymmetrical", "line 12", "several azimuths"),
-    ("1 0.5\n", "1 1e308\n", "line 16", "without bounds"),
+    ("1 0.5\n", "1 1e308\n", "line 16", "not finite"),
     ("Absolute", "Relative\nsigmat 1 2", "line 6", "sigmat before sigma"),
     ("0 90 180 270", "0 10 20 30", "line 16", "whole lobe"),
     ("TypeSym", "12 TypeSym", "line 3", "'12' where a keyword"),

@@ -156,7 +156,7 @@ def test_integral_is_that_of_the_surface_between_the_nodes():
         (("Monochrome", "RGB"), "line 2", "Monochrome or XYZ"),
         (("ScatterRadial 3\n0 45 90\n", ""), "line 5", "DataBegin before ScatterRadial"),
         (("0 45 90\nD", "0 45 95\nD"), "line 6", "outside 0 to 90"),
-        (("0 45 90\nD", "0 45 45\nD"), "line 6", "neither up nor down"),
+        (("0 45 90\nD", "0 45 45\nD"), "line 6", "neither ascends nor descends"),
         (("ScatterAzimuth 5", "ScatterAzimuth 4611686018427387904"), "line 3", "outside 1 to"),
         (("0 90 180 270 360", "0 90 180 270 370"), "line 4", "outside -360 to 360"),
         (("AOI 0", "AOI -1"), "line 8", "outside 0 to 90"),

@@ -238,7 +238,7 @@ GOOD = table((2, 2, 2), NUMBERS)
     [
         (GOOD[:-1], "byte 203", "2 x 2 x 2 cells in three colours need 204 bytes, and the file has 203"),
         (GOOD + b"\0", "byte 204", "and the file has 205"),
-        (table((4096, 4096, 4096), NUMBERS), "byte 0", "4096 x 4096 x 4096 are no table's"),
+        (table((4096, 4096, 4096), NUMBERS), "byte 0", "4096 x 4096 x 4096 are not those of a table"),
         (table((2, 2, 2), np.where(np.arange(24).reshape(3, 2, 2, 2) == 9, np.inf, 1)), "byte 84", "infinite"),
         (table((2, 2, 2), -NUMBERS), "byte 12", "every brdf value is zero or marked as invalid"),
         (table((2, 2, 2), 0 * NUMBERS), "byte 12", "every brdf value is zero or marked as invalid"),

@@ -132,7 +132,7 @@ def test_grazing_directions_are_left_out(tmp_path):
         (TEXT, ("Lighting\t0", "Lighting\t91"), "line 1", "outside 0 to 90"),
         (TEXT, ("Lighting\t0", "Lighting\tnan"), "line 10", "not a finite number"),
         (TEXT, ("0\t4\t5\t6", "0\t4\tx\t6"), "line 12", "not a finite number"),
-        (TEXT, ("0\t4\t5\t6", "-40\t4\t5\t6"), "line 1", "neither up nor down"),
+        (TEXT, ("0\t4\t5\t6", "-40\t4\t5\t6"), "line 1", "neither ascends nor descends"),
         (TEXT, ("30\t7\t8\t9", "130\t7\t8\t9"), "line 1", "outside -90 to 90"),
         (TEXT, ("-30\t1\t2\t3\n0\t4\t5\t6\n30\t7\t8\t9\n", ""), "line 1", "no rows"),
         (RTD, ("Sample 0", "Paint"), "line 2", "SampleID: Sample 60"),

@@ -218,7 +218,7 @@ def test_what_a_file_cannot_say_is_refused(tmp_path):
         (scan.assign_coords(channel="vis"), "channels R, G, B"),
         (scan.expand_dims(side=["front", "back"]), "sets along"),
         (make_scan([10.0], [10.0], [1.0]), r"gonio\.convert"),
-        (dense("spherical", theta_i=[0], theta_r=[0, 45], phi=[0, 120, 240], phi_i=[0, 50]), "turn along"),
+        (dense("spherical", theta_i=[0], theta_r=[0, 45], phi=[0, 120, 240], phi_i=[0, 50]), "shift with phi_i"),
     ]:
         with pytest.raises(ValueError, match=what):
             write(given, tmp_path / "a.ssdd")

@@ -58,7 +58,7 @@ def test_units_and_aliases(tmp_path):
         ("theta_i,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "names no unit: write theta_i_deg or theta_i_rad"),
         ("theta_i_grad,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "unit 'grad'"),
         ("theta_i_deg,theta_r_deg,brdf\n30,10,1\n", "line 1", "brdf_sr-1 or brdf_a.u."),
-        ("theta_i_deg,theta_i_rad,theta_r_deg,brdf_sr-1\n", "line 1", "there twice"),
+        ("theta_i_deg,theta_i_rad,theta_r_deg,brdf_sr-1\n", "line 1", "occurs twice"),
         ("theta_i_deg,theta_r_deg,brdf_sr-1,std_a.u.\n", "line 1", "one unit for both"),
         (GOOD + "30,30,bright\n", "line 5", "brdf is 'bright', not a number"),
         (GOOD + "30,30,0,5\n", "line 5", "4 cells where the header has 3"),

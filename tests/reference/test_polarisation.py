@@ -141,7 +141,7 @@ def test_the_unpolarised_element_is_the_scalar_model():
     shape = {"sigma": 0.3, "index": 1.37, "extinction": 7.62}
     scalar = catalogue["priest"].basis(g, shape)["ks"]
     np.testing.assert_allclose(catalogue["priest-mueller"].basis(g, shape)["ks"], scalar, rtol=1e-13)
-    with pytest.raises(ValueError, match="nothing about polarisation"):
+    with pytest.raises(ValueError, match="no Mueller terms"):
         catalogue["priest"].mueller(g, {"ks": 1.0})
 
 

@@ -244,11 +244,11 @@ def test_difference_is_weighted_by_solid_angle():
 
 def test_difference_refuses_what_cannot_be_compared():
     scan = make_scan([20.0, 20], [0.0, 10], [1.0, 1])
-    with pytest.raises(ValueError, match="relative data cannot be told from absolute"):
+    with pytest.raises(ValueError, match="relative data cannot be compared with absolute"):
         difference(make_scan([20.0, 20], [0.0, 10], [1.0, 1], unit="a.u."), scan)
     coloured = make_scan(np.full(4, 20.0), [0.0, 10, 0, 10], np.ones(4), coordinates={"channel": ["R", "R", "G", "G"]})
-    with pytest.raises(ValueError, match="2 sets like the only set: select one"):
+    with pytest.raises(ValueError, match="2 sets that match the only set of the reference: select one"):
         difference(coloured, scan)
     blue = make_scan([20.0, 20], [0.0, 10], [1.0, 1], coordinates={"channel": ["B", "B"]})
-    with pytest.raises(ValueError, match="no set like channel B"):
+    with pytest.raises(ValueError, match="no set that matches channel B"):
         difference(coloured, blue)

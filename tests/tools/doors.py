@@ -85,10 +85,14 @@ def open_of_fit_stack(path: Path) -> str:
 DOORS: tuple[Callable[[Path], str], ...] = (info, check, load, open_of_fit_stack)
 
 
-def through_doors(path: Path) -> list[str]:
-    """What each door says to a file, nothing where it takes it; AssertionError for a bad end."""
+def through_doors(path: Path, begin: Callable[[], None]) -> list[str]:
+    """What each door says to a file, nothing where it takes it; AssertionError for a bad end.
+
+    `begin` is called before each.
+    """
     said = []
     for door in DOORS:
+        begin()
         try:
             said.append(door(path))
         except AssertionError as error:

@@ -2,6 +2,7 @@
 
 import os
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,8 @@ def wrong_with_dataset(scan: Any) -> str:
     """What is wrong with a Dataset that a reader returned; empty where nothing is."""
     if missing := [n for n in ("brdf", *DIRECTIONS[:3]) if n not in scan.variables]:
         return f"has no {missing}"
+    if missing := [n for n in DIRECTIONS[:3] if n not in scan.coords]:
+        return f"{missing} is no coordinate"
     brdf = scan["brdf"]
     if brdf.attrs.get("units") not in (ABSOLUTE, RELATIVE):
         return "brdf has no unit"
@@ -99,16 +102,16 @@ class TooLong(BaseException):
     """The alarm; no `except Exception` of a reader catches it."""
 
 
-def attempt(path: Path, name: str) -> tuple[str, str, bool]:
+def attempt(path: Path, name: str, begin: Callable[[], None] = lambda: None) -> tuple[str, str, bool]:
     """Read a file: read, refused or failed; why; and whether it was recognised as the format `name`.
 
-    A fit, a stack or a scan of any format goes through every door, and counts as recognised where
-    one of them takes it, or finds what is wrong beyond its kind.
+    A fit, a stack or a scan of any format goes through every door, and counts as recognised where one of them takes it,
+    or finds what is wrong beyond its kind. `begin` is called before each door, which has its own seconds.
     """
     reached = False
     try:
         if name in EVERY_DOOR:
-            said = through_doors(path)
+            said = through_doors(path, begin)
             reached = not all(any(kind in line for kind in OF_ANOTHER_KIND) for line in said)
             return ("refused" if all(said) else "read"), "", reached
         found = registry.recognise(path)

@@ -1,4 +1,4 @@
-"""Public data by name: downloaded once, held against its SHA-256, and found again without network."""
+"""Public data by name: downloaded once, checked by its SHA-256, and available later without network."""
 
 import os
 from collections.abc import Callable
@@ -25,18 +25,18 @@ def fetch(
     accept: Callable[[Collection], None] = lambda collection: None,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Path:
-    """The path of the public file `collection/file`, downloaded unless it is there already.
+    """The path of the public file `collection/file`, downloaded unless it exists already.
 
-    `base_url` is a mirror that has the archive's own paths under it. `folder` takes the file itself; without one it
-    lies under its collection in the cache. `accept` is called with the collection before its first download, to show
-    licence and citation; what it raises stops the download.
-    Raises KeyError with the nearest names, ValueError where the archive has something else than expected, OSError
-    where it does not answer, FileExistsError where `folder` has another file of that name.
+    `base_url` is a mirror with the same paths as the archive. `folder` is where the file is written; by default it is
+    a folder of the collection in the cache. `accept` is called with the collection before its first download, to show
+    licence and citation; an exception that it raises stops the download. `progress` gets the share that has arrived.
+    Raises KeyError with the nearest names, ValueError where the archive's file is not the expected one, OSError where
+    the archive does not answer, FileExistsError where `folder` has another file of that name.
     """
     collection, file = named(name)
     root = cache() / collection.name if folder is None else Path(folder)
     target = root / file.basename
-    if folder is not None and target.exists() and not _is(target, file):
+    if folder is not None and target.exists() and not _matches(target, file):
         raise FileExistsError(f"{target} exists and is another file: choose another folder")
     if not target.exists():
         _show_terms(collection, root, accept)
@@ -44,17 +44,18 @@ def fetch(
 
 
 def _show_terms(collection: Collection, root: Path, accept: Callable[[Collection], None]) -> None:
-    """Show licence and citation once a folder, and leave them there beside the data."""
-    kept = root / f"{collection.name}-licence.txt"
-    if not kept.exists():
+    """Show licence and citation once for each folder, and write them there beside the data."""
+    licence = root / f"{collection.name}-licence.txt"
+    if not licence.exists():
         accept(collection)
         root.mkdir(parents=True, exist_ok=True)
-        kept.write_text(collection.terms + "\n", encoding="utf-8")
+        licence.write_text(collection.terms + "\n", encoding="utf-8")
 
 
 def _downloaded(
     collection: Collection, file: PublicFile, base_url: str, root: Path, progress: Callable[[float], None]
 ) -> Path:
+    """The path of the file, downloaded by pooch unless it is in `root` with the right SHA-256."""
     import pooch
 
     from gonio.archive.download import Download
@@ -62,17 +63,18 @@ def _downloaded(
     if not base_url.startswith(("http://", "https://")):
         raise ValueError(f"{base_url} is no address: a mirror begins with https:// or http://")
     pooch.get_logger().setLevel("WARNING")  # it would name each download on standard error
-    known = pooch.create(
+    registry = pooch.create(
         path=root,
         base_url=f"{base_url.rstrip('/')}/",
         registry={file.basename: f"sha256:{file.sha256}"},
         urls={file.basename: f"{base_url.rstrip('/')}/{file.path}"},
     )
     partial = root / f"{file.basename}.part"
-    return Path(known.fetch(file.basename, downloader=Download(file, partial, progress)))
+    return Path(registry.fetch(file.basename, downloader=Download(file, partial, progress)))
 
 
-def _is(path: Path, file: PublicFile) -> bool:
+def _matches(path: Path, file: PublicFile) -> bool:
+    """Whether a file on disk is this public file, by size and SHA-256."""
     from gonio.archive.download import sha256
 
     return path.stat().st_size == file.size and sha256(path) == file.sha256

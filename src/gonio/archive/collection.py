@@ -11,7 +11,7 @@ from gonio.model import NearestNames
 
 @dataclass(frozen=True)
 class PublicFile:
-    """One file of an archive: where it lies under the archive's address, and what it must be."""
+    """One file of an archive: its path under the archive's address, and the SHA-256 and size that it must have."""
 
     name: str
     path: str
@@ -20,12 +20,13 @@ class PublicFile:
 
     @property
     def basename(self) -> str:
+        """The name of the file without its folders."""
         return self.path.rpartition("/")[2]
 
 
 @dataclass(frozen=True)
 class Collection:
-    """What belongs together by origin and licence; `note` says what is not offered, and where to get it by hand."""
+    """Files of one origin and licence; `note` says what gonio does not offer, and where to get that by hand."""
 
     name: str
     title: str
@@ -55,18 +56,19 @@ class Collection:
 
 
 def _loaded(name: str, text: str) -> Collection:
+    """A collection from the text of its TOML file."""
     entry = tomllib.loads(text)
-    found = {key: PublicFile(key, **value) for key, value in entry.pop("files").items()}
+    public_files = {key: PublicFile(key, **value) for key, value in entry.pop("files").items()}
     cite, note = tuple(entry.pop("cite")), entry.pop("note", "")
-    return Collection(name, **entry, cite=cite, note=note, files=NearestNames(f"file of {name}", found))
+    return Collection(name, **entry, cite=cite, note=note, files=NearestNames(f"file of {name}", public_files))
 
 
 @functools.cache
 def collections() -> NearestNames[Collection]:
     """Every collection by name."""
     paths = sorted((p for p in files(__package__).iterdir() if p.name.endswith(".toml")), key=lambda p: p.name)
-    found = {p.name.removesuffix(".toml"): p.read_text(encoding="utf-8") for p in paths}
-    return NearestNames("collection", {name: _loaded(name, text) for name, text in found.items()})
+    texts = {p.name.removesuffix(".toml"): p.read_text(encoding="utf-8") for p in paths}
+    return NearestNames("collection", {name: _loaded(name, text) for name, text in texts.items()})
 
 
 def named(name: str) -> tuple[Collection, PublicFile]:
@@ -74,19 +76,19 @@ def named(name: str) -> tuple[Collection, PublicFile]:
 
     Raises KeyError with the nearest names, ValueError where a collection has nothing to fetch.
     """
-    collection, stroke, file = name.partition("/")
-    known = {f"{c.name}/{f}": (c, c.files[f]) for c in collections().values() for f in c.files}
-    if stroke and collection in collections() and not collections()[collection].files:
+    collection, slash, file = name.partition("/")
+    public_files = {f"{c.name}/{f}": (c, c.files[f]) for c in collections().values() for f in c.files}
+    if slash and collection in collections() and not collections()[collection].files:
         raise ValueError(f"{name}: {collections()[collection].note} ({collections()[collection].homepage})")
-    if not stroke:
+    if not slash:
         return _of_collection(collection)
-    return NearestNames("public file", known)[f"{collection}/{file}"]
+    return NearestNames("public file", public_files)[f"{collection}/{file}"]
 
 
 def _of_collection(name: str) -> tuple[Collection, PublicFile]:
     """The only file of a collection; ValueError where there are several to choose from."""
-    found = collections()[name]
-    if len(found.files) != 1:
-        first = ", ".join(f"{name}/{file}" for file in list(found.files)[:3])
-        raise ValueError(f"{name} is a collection of {len(found.files)} files: name one, as in {first}")
-    return found, next(iter(found.files.values()))
+    collection = collections()[name]
+    if len(collection.files) != 1:
+        first = ", ".join(f"{name}/{file}" for file in list(collection.files)[:3])
+        raise ValueError(f"{name} is a collection of {len(collection.files)} files: name one, as in {first}")
+    return collection, next(iter(collection.files.values()))

@@ -1,4 +1,4 @@
-"""A download that goes on where it was cut off, and keeps nothing that is not what was asked for."""
+"""A download that resumes where it was cut off, and keeps no file whose SHA-256 is wrong."""
 
 import hashlib
 import shutil
@@ -12,19 +12,19 @@ from gonio.archive.collection import PublicFile
 
 ATTEMPTS = 4
 PATIENCE = (10.0, 60.0)  # s to connect, and between two pieces of the answer
-CHUNK = 2**15  # bytes; one that breaks off is lost
+CHUNK = 2**15  # bytes written at once; an incomplete chunk is lost
 PARTIAL, RANGE_REFUSED, BUSY = 206, 416, (408, 429)  # HTTP
 
 
 class InterruptedDownloadError(OSError):
-    """The archive did not answer, or the line broke; what had arrived is kept for the next time."""
+    """The archive did not answer, or the connection broke; the part that had arrived is kept for the next attempt."""
 
 
 @dataclass(frozen=True)
 class Download:
-    """A downloader for pooch: called with address and target, it leaves the verified file there.
+    """A downloader for pooch: called with address and target, it writes the verified file there.
 
-    What has arrived lies in `partial` until the file is whole; `pause` [s] grows with each attempt.
+    The part that has arrived is in `partial` until the file is complete; `pause` [s] grows with each attempt.
     """
 
     file: PublicFile
@@ -35,56 +35,58 @@ class Download:
     def __call__(self, url: str, output_file: Any, pooch: Any) -> None:
         """Fetch `url` to `output_file`.
 
-        Raises ValueError where the archive has something else, and InterruptedDownloadError where it does not answer;
-        a partial file stays only after the latter.
+        Raises ValueError where the archive has another file, and InterruptedDownloadError where it does not answer; a
+        partial file is kept only after the latter.
         """
-        resumed = self._arrive(url)
-        found = sha256(self.partial)
-        if found != self.file.sha256 and resumed:  # what was there before may have been of another version
+        resumed = self._complete(url)
+        digest = sha256(self.partial)
+        if digest != self.file.sha256 and resumed:  # the earlier part may have been of another version
             self.partial.unlink()
-            self._arrive(url)
-            found = sha256(self.partial)
-        if found != self.file.sha256:
+            self._complete(url)
+            digest = sha256(self.partial)
+        if digest != self.file.sha256:
             self.partial.unlink()
             raise ValueError(
-                f"{url} is not the file that gonio knows: SHA-256 {found} where {self.file.sha256} was expected; "
+                f"{url} is not the file that gonio knows: SHA-256 {digest} where {self.file.sha256} was expected; "
                 "nothing was kept. Try another mirror with --base-url"
             )
         shutil.move(self.partial, output_file)
 
-    def _arrive(self, url: str) -> bool:
-        """Bring the whole file into `partial`; whether a part of it was there before."""
+    def _complete(self, url: str) -> bool:
+        """Download the rest of the file into `partial`; whether a part of it existed before."""
         import requests
 
-        resumed = self._have() > 0
+        resumed = self._size() > 0
         for attempt in range(1, ATTEMPTS + 1):
             try:
                 self._stream(url)
-                if self._have() >= self.file.size:
+                if self._size() >= self.file.size:
                     return resumed
-                why = f"it ends after {self._have()} of {self.file.size} bytes"
+                why = f"it ends after {self._size()} of {self.file.size} bytes"
             except requests.RequestException as error:
                 why = _in_words(error)
             if attempt < ATTEMPTS:
                 time.sleep(self.pause * attempt)
         raise InterruptedDownloadError(
-            f"{url} did not arrive: {why}; what is there is kept, and the same command goes on from it"
+            f"{url} did not arrive: {why}; the part that arrived is kept, and the same command goes on from it"
         )
 
-    def _have(self) -> int:
+    def _size(self) -> int:
+        """Bytes that have arrived."""
         return self.partial.stat().st_size if self.partial.exists() else 0
 
     def _stream(self, url: str) -> None:
+        """One request for the bytes that `partial` lacks, appended to it; for all of them if the archive sends all."""
         import requests
 
-        have = self._have()
-        if have == self.file.size:
+        size = self._size()
+        if size == self.file.size:
             return
-        if have > self.file.size:
+        if size > self.file.size:
             self.partial.unlink()
-            have = 0
-        # Without compression on the way, so that bytes count the same on both sides.
-        headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
+            size = 0
+        # Without compression in transit, so that bytes count the same on both sides.
+        headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={size}-"} if size else {})
         with requests.get(url, headers=headers, stream=True, timeout=PATIENCE) as answer:
             status = answer.status_code
             if status == RANGE_REFUSED:
@@ -93,19 +95,21 @@ class Download:
             if 400 <= status < 500 and status not in BUSY:
                 raise ValueError(f"{url}: the archive answers {status} {answer.reason}: name a mirror with --base-url")
             answer.raise_for_status()
-            goes_on = status == PARTIAL and answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
-            with self.partial.open("ab" if goes_on else "wb") as out:
+            appends = status == PARTIAL and answer.headers.get("Content-Range", "").startswith(f"bytes {size}-")
+            with self.partial.open("ab" if appends else "wb") as out:
                 for chunk in answer.iter_content(CHUNK):
                     out.write(chunk)
                     self.progress(min(out.tell() / self.file.size, 1.0))
-                    if out.tell() > self.file.size:  # it cannot be the file: its hash says so next
+                    if out.tell() > self.file.size:  # it cannot be the file: the check of its hash fails next
                         return
 
 
 def _in_words(error: Exception) -> str:
+    """An exception on one line of at most 200 characters."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]
 
 
 def sha256(path: Path) -> str:
+    """The SHA-256 of a file's content, in hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""How far two reflectances are apart, how good a fit is, and which of several models is nearest to a scan."""
+"""How much two reflectances differ, how good a fit is, and which of several models fits a scan best."""
 
 from gonio.comparison.assessment import Row, assess, validate
 from gonio.comparison.metrics import METRICS, metrics

@@ -1,4 +1,4 @@
-"""How good one fit is: over the points that it was fitted to, and over points that it was not shown."""
+"""How good one fit is: over the points that it was fitted to, and over points that were left out."""
 
 import math
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
 class Row:
     """One fit of one scan, and how good it is: a row of a ranking.
 
-    metrics: over all points in use, by name of METRICS. by_incidence: the same of each incidence angle [deg]. aicc,
-    bic: information criteria. farthest: largest theta_r [deg] of the scan. validated, by_fold: metrics over points that
-    were left out, and lg RMSE of each part that was; empty where nothing was.
+    metrics: over all points in use, by name of METRICS. by_incidence: the same for each incidence angle [deg]. aicc,
+    bic: information criteria. farthest: largest theta_r [deg] of the scan. validated: metrics over the points that were
+    left out, and by_fold: lg RMSE of each left-out part; both empty where nothing was left out.
     """
 
     solution: Solution
@@ -43,7 +43,7 @@ class Row:
 
     @property
     def effective_values(self) -> float:
-        """How many free values the fit had the use of."""
+        """How many free values the fit had, effective ones where parameters are smooth."""
         return self.solution.effective_values
 
 
@@ -52,7 +52,7 @@ def assess(problem: Problem, solution: Solution) -> Row:
 
     AICc and BIC (burnham2002) take the residuals of the fit as independent and Gaussian, with a variance that is fitted
     too; only their differences between models of one scan and one weighting mean something. Where parameters are smooth
-    they count what that leaves of the free values.
+    they count effective values.
     """
     modelled = solution.predict(problem.points)
     weights = None if problem.logarithmic else problem.root_weights**2
@@ -81,18 +81,18 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
 
 
 def validate(problem: Problem, row: Row, by: str) -> Row:
-    """The row with what its model predicts for parts that the fit was not shown.
+    """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
 
     by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all
     left-out points, `by_fold` lg RMSE of each part. Raises ValueError where a part cannot be predicted.
     """
     modelled, parts = predictions(problem, row.solution, by)
-    seen = np.flatnonzero(np.isfinite(modelled))
-    left_out = metrics(problem.points.isel(direction=seen), modelled[seen])
+    predicted = np.flatnonzero(np.isfinite(modelled))
+    left_out = metrics(problem.points.isel(direction=predicted), modelled[predicted])
     by_fold = {}
     for name, part in parts:
-        at = np.flatnonzero(part)
-        by_fold[name] = metrics(problem.points.isel(direction=at), modelled[at])["log10_rmse"]
+        rows = np.flatnonzero(part)
+        by_fold[name] = metrics(problem.points.isel(direction=rows), modelled[rows])["log10_rmse"]
     return replace(row, validated={name: left_out[name] for name in VALIDATED}, by_fold=by_fold)
 
 

@@ -1,4 +1,4 @@
-"""Figures of merit: how far modelled values are from measured ones, over a scan and over each of its curves."""
+"""Figures of merit: how much modelled values differ from measured ones, over a scan and over each of its curves."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ MOST_INCIDENCES = 1000  # angles; a scan has tens
 
 @dataclass(frozen=True)
 class Metric:
-    """One figure of merit: its heading, what it is in a few words and in full; smaller is better for each."""
+    """One figure of merit: its heading, and its definition in a few words and in full; smaller is better."""
 
     title: str
     brief: str
@@ -72,29 +72,29 @@ def metrics(points: xr.Dataset, modelled: Values, weights: Values | None = None)
 def metrics_by_incidence(points: xr.Dataset, modelled: Values) -> dict[float, dict[str, float]]:
     """The metrics of each incidence angle [deg] on its own; none where there are more than MOST_INCIDENCES.
 
-    A grid of other coordinates than theta_i has as many as directions, and no angle of it means anything alone.
+    A grid of other coordinates than theta_i may have as many as directions: then no angle has a curve of its own.
     """
     theta_i = points["theta_i"].values
-    if len(distinct(theta_i[: 100 * MOST_INCIDENCES])[0]) > MOST_INCIDENCES:  # the first of millions tell
+    if len(distinct(theta_i[: 100 * MOST_INCIDENCES])[0]) > MOST_INCIDENCES:  # of millions, the first are enough
         return {}
-    angles, place = distinct(theta_i)
+    angles, group = distinct(theta_i)
     if len(angles) > MOST_INCIDENCES:
         return {}
-    rows = {float(angle): np.flatnonzero(place == k) for k, angle in enumerate(angles)}
-    return {angle: metrics(points.isel(direction=at), modelled[at]) for angle, at in rows.items()}
+    rows_of = {float(angle): np.flatnonzero(group == k) for k, angle in enumerate(angles)}
+    return {angle: metrics(points.isel(direction=rows), modelled[rows]) for angle, rows in rows_of.items()}
 
 
 def curves(points: xr.Dataset) -> Iterator[tuple[dict[str, Any], npt.NDArray[np.intp]]]:
-    """The in-plane curves of a flat scan: what tells each apart, and its rows in the order of signed theta_r."""
+    """The in-plane curves of a flat scan: the coordinates of each, and its rows in the order of signed theta_r."""
     keys = ("theta_i", *dataset.sets(points))
-    some = np.flatnonzero(dataset.is_in_plane(points))
-    if not some.size:
+    in_plane = np.flatnonzero(dataset.is_in_plane(points))
+    if not in_plane.size:
         return
-    columns = [distinct(points[key].values[some]) for key in keys]
-    order = np.lexsort((dataset.signed_theta_r(points)[some], *(place for _, place in reversed(columns))))
-    next_one = np.any([np.diff(place[order]) != 0 for _, place in columns], axis=0)
-    for part in np.split(order, np.flatnonzero(next_one) + 1):
-        yield {k: v[place[part[0]]].item() for k, (v, place) in zip(keys, columns, strict=True)}, some[part]
+    columns = [distinct(points[key].values[in_plane]) for key in keys]
+    order = np.lexsort((dataset.signed_theta_r(points)[in_plane], *(group for _, group in reversed(columns))))
+    new_curve = np.any([np.diff(group[order]) != 0 for _, group in columns], axis=0)
+    for part in np.split(order, np.flatnonzero(new_curve) + 1):
+        yield {k: v[group[part[0]]].item() for k, (v, group) in zip(keys, columns, strict=True)}, in_plane[part]
 
 
 def at_specular(theta_r: Values, values: Values, theta_i: float) -> float:
@@ -109,10 +109,10 @@ def _normalised_error(points: xr.Dataset, modelled: Values) -> Values:
     signed, measured = dataset.signed_theta_r(points), points["brdf"].values
     errors = []
     for key, rows in curves(points):
-        ours = at_specular(signed[rows], modelled[rows], key["theta_i"])
-        theirs = at_specular(signed[rows], measured[rows], key["theta_i"])
-        if ours > 0 and theirs > 0:
-            errors.append(modelled[rows] / ours - measured[rows] / theirs)
+        modelled_specular = at_specular(signed[rows], modelled[rows], key["theta_i"])
+        measured_specular = at_specular(signed[rows], measured[rows], key["theta_i"])
+        if modelled_specular > 0 and measured_specular > 0:
+            errors.append(modelled[rows] / modelled_specular - measured[rows] / measured_specular)
     return np.concatenate(errors) if errors else np.empty(0)
 
 

@@ -1,4 +1,4 @@
-"""Several models fitted to one scan, the nearest first, and the drops of the paper's tables."""
+"""Several models fitted to one scan, the best first, and the reductions of error in the paper's tables."""
 
 import functools
 import math
@@ -39,26 +39,27 @@ def compare(
     progress: Progress = silent,
     **options: Any,
 ) -> list[Row]:
-    """Fit several models to one scan and order them by a metric, the nearest first, ties by fewer free values.
+    """Fit several models to one scan and order them by a metric, the best first, ties by fewer free values.
 
     by: a name of METRICS. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
     is left out in turn, and the order is by lg RMSE of that.
-    workers: processes that share the models (`processes.results`); they find the same whatever their number.
+    workers: processes that share the models (`processes.results`); results do not depend on their number.
     options: those of ProblemOptions. Names of parameters apply to the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
     """
     if by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
-    asked = ProblemOptions(**options)
-    asked = replace(asked, **answered(asked, scan))
-    problems = [Problem(model, scan, **_for_model(model, models, asked)) for model in models]
-    longest = sorted(range(len(models)), key=lambda k: -len(problems[k].free_shape))  # their searches start first
-    done: dict[int, Row] = {}
+    problem_options = ProblemOptions(**options)
+    problem_options = replace(problem_options, **answered(problem_options, scan))
+    problems = [Problem(model, scan, **_for_model(model, models, problem_options)) for model in models]
+    # The longest searches start first, so that no process has one left when the others are finished.
+    longest = sorted(range(len(models)), key=lambda k: -len(problems[k].free_shape))
+    assessed: dict[int, Row] = {}
     work = functools.partial(_assessed, solver=solver, left_out=left_out)
-    for place, row in results(work, [problems[k] for k in longest], workers):
-        done[longest[place]] = row
-        progress(len(done) / len(models))
-    rows = [done[k] for k in range(len(models))]
+    for index, row in results(work, [problems[k] for k in longest], workers):
+        assessed[longest[index]] = row
+        progress(len(assessed) / len(models))
+    rows = [assessed[k] for k in range(len(models))]
     return _ordered(rows, (lambda row: row.validated["log10_rmse"]) if left_out else (lambda row: row.metrics[by]))
 
 
@@ -67,31 +68,31 @@ def _assessed(problem: Problem, solver: Solver | None, left_out: str) -> Row:
     return validate(problem, row, left_out) if left_out else row
 
 
-def _ordered(rows: Sequence[Row], of: Callable[[Row], float]) -> list[Row]:
-    """By an error; of models that agree in it to a millionth the simpler first, because rounding decides nothing."""
-    out: list[list[Row]] = []
-    for row in sorted(rows, key=lambda row: (math.isnan(of(row)), of(row))):
-        if out and math.isclose(of(out[-1][0]), of(row), rel_tol=TIE):
-            out[-1].append(row)
+def _ordered(rows: Sequence[Row], error_of: Callable[[Row], float]) -> list[Row]:
+    """By an error; of models that agree in it to TIE the simpler first, so that rounding does not decide."""
+    ties: list[list[Row]] = []
+    for row in sorted(rows, key=lambda row: (math.isnan(error_of(row)), error_of(row))):
+        if ties and math.isclose(error_of(ties[-1][0]), error_of(row), rel_tol=TIE):
+            ties[-1].append(row)
         else:
-            out.append([row])
-    return [row for tied in out for row in sorted(tied, key=lambda row: row.free_parameters)]
+            ties.append([row])
+    return [row for tied in ties for row in sorted(tied, key=lambda row: row.free_parameters)]
 
 
 def _for_model(model: Model, models: Sequence[Model], options: ProblemOptions) -> dict[str, Any]:
     """The options with the names of parameters that this model has."""
     out = options.given()
-    known = {name for m in models for name in m.parameters}
-    for what, option in options_of(ProblemOptions).items():
-        given = out[what] if option.of_parameters else ()
-        if unknown := [name for name in given if name not in known]:
+    parameters = {name for m in models for name in m.parameters}
+    for field, option in options_of(ProblemOptions).items():
+        setting = out[field] if option.of_parameters else ()
+        if unknown := [name for name in setting if name not in parameters]:
             raise ValueError(
-                f"{what}: none of the models has a parameter {unknown[0]!r}; there are {', '.join(sorted(known))}"
+                f"{field}: none of the models has a parameter {unknown[0]!r}; there are {', '.join(sorted(parameters))}"
             )
-        if given and isinstance(given, Mapping):
-            out[what] = {name: value for name, value in given.items() if name in model.parameters}
-        elif given:
-            out[what] = tuple(name for name in given if name in model.parameters)
+        if setting and isinstance(setting, Mapping):
+            out[field] = {name: value for name, value in setting.items() if name in model.parameters}
+        elif setting:
+            out[field] = tuple(name for name in setting if name in model.parameters)
     return out
 
 
@@ -101,7 +102,7 @@ def drop(reference: float, value: float) -> float:
 
 
 def reference_errors(rows: Sequence[Row], metric: str = "nrmse") -> dict[str, float]:
-    """The error of the paper's reference models among `rows`; where both T-C models are there, the better one's."""
-    known = {row.model.name: row.metrics[metric] for row in rows}
-    errors = {short: [known[name] for name in names if name in known] for short, names in REFERENCES.items()}
-    return {short: min(some) for short, some in errors.items() if some}
+    """The error of the paper's reference models among `rows`; of both T-C models, that of the better one."""
+    error_of = {row.model.name: row.metrics[metric] for row in rows}
+    errors = {short: [error_of[name] for name in names if name in error_of] for short, names in REFERENCES.items()}
+    return {short: min(candidates) for short, candidates in errors.items() if candidates}

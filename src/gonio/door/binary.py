@@ -1,4 +1,4 @@
-"""What readers of binary files share: a cursor that refuses sizes that the file does not have before it allocates."""
+"""A cursor over a binary file: it checks every size against the file before it reads or allocates."""
 
 import math
 from pathlib import Path
@@ -11,7 +11,7 @@ from gonio.files import FormatError
 
 
 class Bytes:
-    """A file's bytes, memory-mapped: arrays are views into the file until they are computed with.
+    """The bytes of a file, memory-mapped, and the place `at` of the cursor. Arrays are views into the file.
 
     Every method raises FormatError with the byte offset, and with what was expected there.
     """
@@ -22,28 +22,30 @@ class Bytes:
         self._map = np.memmap(path, dtype=np.uint8, mode="r") if self.size else np.empty(0, dtype=np.uint8)
 
     def wrong(self, what: str, at: int | None = None) -> FormatError:
-        """The error to raise for what is wrong at this place."""
+        """The error to raise for what is wrong at the cursor, or at byte `at`."""
         return FormatError(self.path, what, f"byte {self.at if at is None else at}")
 
     def array(
         self, dtype: npt.DTypeLike, shape: tuple[int, ...], expected: str, at: int | None = None
     ) -> npt.NDArray[Any]:
-        """An array read here, or at byte `at` without moving; its size is checked against the file first."""
+        """An array, read at the cursor, or at byte `at` without moving; its size is checked against the file first."""
         start = self.at if at is None else at
-        length = math.prod(shape) * np.dtype(dtype).itemsize  # Python's whole numbers: 2^62 does not wrap round
+        length = (
+            math.prod(shape) * np.dtype(dtype).itemsize
+        )  # Python's integers do not overflow: a size of 2^62 does not wrap
         if min((*shape, start), default=start) < 0 or start + length > self.size:
-            left = max(self.size - start, 0)
-            raise self.wrong(f"{expected} needs {length} bytes, and the file has {left} left there", start)
+            remaining = max(self.size - start, 0)
+            raise self.wrong(f"{expected} needs {length} bytes, and the file has {remaining} left there", start)
         if at is None:
             self.at += length
         return self._map[start : start + length].view(dtype).reshape(shape)
 
     def number(self, dtype: npt.DTypeLike, expected: str) -> int:
-        """One whole number."""
+        """One integer of this type."""
         return int(self.array(dtype, (1,), expected)[0])
 
     def text(self, length: int, expected: str) -> str:
-        """So many bytes as UTF-8 text."""
+        """`length` bytes as UTF-8 text."""
         start = self.at
         raw = self.array(np.uint8, (length,), expected).tobytes()
         try:

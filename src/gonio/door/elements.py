@@ -1,4 +1,7 @@
-"""XML as a tree of elements that know their line, read without recursion; DTDs and entities are refused."""
+"""XML as a tree of elements that know their line, read without recursion.
+
+DTDs and entities are refused (by defusedxml), and depth, number and length of elements are limited.
+"""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,7 +10,7 @@ from typing import Any
 from gonio.door.text import clip
 from gonio.files import FormatError
 
-DEEPEST = 40  # elements within each other; no measurement has more
+DEEPEST = 40  # nested elements; no measurement has more
 MOST_ELEMENTS = 100_000
 LONGEST_TAG = 1_048_576  # bytes
 _CHUNK = 65_536
@@ -15,7 +18,7 @@ _CHUNK = 65_536
 
 @dataclass(slots=True)
 class Element:
-    """One element: its name without namespace, its line, attributes, own text and children."""
+    """One element: its name without namespace, its line, attributes, text (without that of children) and children."""
 
     path: Path
     tag: str
@@ -25,34 +28,35 @@ class Element:
     children: list["Element"] = field(default_factory=list)
 
     def wrong(self, what: str, at: int = 0) -> FormatError:
-        """The error to raise for what is wrong here, or `at` so many characters into the text."""
+        """The error to raise for what is wrong with the element, or `at` this character of its text."""
         return FormatError(self.path, what, f"line {self.line + self.text.count(chr(10), 0, at)}")
 
     def all(self, tag: str) -> list["Element"]:
+        """All children of that name."""
         return [child for child in self.children if child.tag == tag]
 
     def find(self, tag: str) -> "Element | None":
-        """The first child of that name, None where there is none."""
+        """The first child of that name; None where there is none."""
         return next(iter(self.all(tag)), None)
 
     def child(self, tag: str) -> "Element":
-        """The first child of that name; FormatError where there is none."""
-        found = self.find(tag)
-        if found is None:
+        """The first child of that name. Raises FormatError where there is none."""
+        element = self.find(tag)
+        if element is None:
             raise self.wrong(f"{self.tag} holds no {tag}")
-        return found
+        return element
 
     def word(self, tag: str) -> str:
-        """The text of a child, which must be there and short."""
-        found = self.child(tag)
-        text = " ".join(found.text[:400].split())
+        """The text of a child with single spaces, cut at 400 characters. Raises FormatError where there is none."""
+        element = self.child(tag)
+        text = " ".join(element.text[:400].split())
         if not text:
-            raise found.wrong(f"{tag} is empty")
+            raise element.wrong(f"{tag} is empty")
         return text
 
 
 class _Builder:
-    """What the parser tells, made into a tree; the parser itself knows the line."""
+    """The target of the parser, which builds the tree. It asks the parser for the line."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -66,40 +70,44 @@ class _Builder:
         return FormatError(self.path, what, f"line {self.parser.parser.CurrentLineNumber}")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Begin an element, within the limits of depth and number."""
         self._count += 1
         if len(self._open) >= DEEPEST:
-            raise self._wrong(f"elements lie more than {DEEPEST} deep")
+            raise self._wrong(f"elements are nested more than {DEEPEST} deep")
         if self._count > MOST_ELEMENTS:
             raise self._wrong(f"there are more than {MOST_ELEMENTS} elements")
         line = self.parser.parser.CurrentLineNumber
-        found = Element(self.path, tag.rpartition("}")[2], line, dict(attributes))
+        element = Element(self.path, tag.rpartition("}")[2], line, dict(attributes))
         if self._open:
-            self._open[-1][0].children.append(found)
-        self._open.append((found, []))
+            self._open[-1][0].children.append(element)
+        self._open.append((element, []))
 
     def data(self, text: str) -> None:
+        """Add text to the innermost open element."""
         if self._open:
             self._open[-1][1].append(text)
 
     def comment(self, text: str) -> None:
-        """Remarks before the root are kept; within an element only their line ends are, so that lines stay right."""
+        """Keep a remark before the root; of one within an element only the line ends, to count lines right."""
         if self._open:
             self._open[-1][1].append("\n" * text.count("\n") or " ")
         else:
             self.remarks += [line.strip() for line in text.splitlines() if line.strip()]
 
     def end(self, tag: str) -> None:
-        found, pieces = self._open.pop()
-        found.text = "".join(pieces)
+        """Close the innermost element."""
+        element, pieces = self._open.pop()
+        element.text = "".join(pieces)
         if not self._open:
-            self.root = found
+            self.root = element
 
     def close(self) -> Element | None:
+        """The root element, which the parser returns at the end."""
         return self.root
 
 
 def parse(path: Path) -> tuple[Element, list[str]]:
-    """The root element of an XML file, and the lines of the remarks before it; FormatError with the line."""
+    """The root element of an XML file, and the lines of the remarks before it. Raises FormatError with the line."""
     from xml.etree.ElementTree import ParseError
 
     from defusedxml.common import DefusedXmlException
@@ -123,13 +131,13 @@ def parse(path: Path) -> tuple[Element, list[str]]:
             path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {error.position[0]}"
         ) from error
     except DefusedXmlException as error:
-        what = "has a document type or entities, which a measurement does not need: delete them"
-        raise FormatError(path, what, f"line {parser.parser.CurrentLineNumber}") from error
+        message = "has a document type or entities, which a measurement does not need: delete them"
+        raise FormatError(path, message, f"line {parser.parser.CurrentLineNumber}") from error
     except FormatError:
         raise
     except (ValueError, LookupError) as error:  # an encoding that the parser does not know
-        what = f"is in no encoding that can be read ({clip(str(error), 60)}): save it as UTF-8"
-        raise FormatError(path, what, f"line {parser.parser.CurrentLineNumber}") from error
+        message = f"is in no encoding that can be read ({clip(str(error), 60)}): save it as UTF-8"
+        raise FormatError(path, message, f"line {parser.parser.CurrentLineNumber}") from error
     if root is None:
         raise FormatError(path, "holds no element", "line 1")
     return root, builder.remarks

@@ -1,6 +1,6 @@
-"""JSON with places: what it holds, and the line of any value in it, which is looked for only where it is wrong.
+"""JSON with the line of each value. The line is searched for only when an error is raised.
 
-Numbers are floats. NaN and Infinity, names that are there twice, and nesting beyond DEEPEST are refused.
+Numbers become floats. NaN and Infinity, names that occur twice in an object, and nesting beyond DEEPEST are refused.
 """
 
 import itertools
@@ -15,47 +15,47 @@ from gonio.door.text import clip
 from gonio.files import FormatError
 
 DEEPEST = 64
-MOST_PLACES = 200_000  # values among which a place is looked for; of a later one it is that of what holds it
-MOST_PARTS = 1_000_000  # lists and objects; each takes some hundred bytes of memory, and two in the file
-# Possessive: a text of millions of characters must not leave a way back at each of them.
+MOST_PLACES = 200_000  # values that are searched for a place; a later value gets the place of what holds it
+MOST_PARTS = 1_000_000  # lists and objects; each takes about a hundred bytes of memory, and two bytes in the file
+# Possessive quantifiers: a text of millions of characters must not keep a backtracking state for each.
 _TOKEN = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[{}\[\],:]|[^\s{}\[\],:"]++', re.DOTALL)
 Step = str | int
 
 
 class _RefusedError(ValueError):
-    """What the parser is told to refuse; the place is looked for afterwards."""
+    """Raised within the parser for what is refused; `_refusal` then searches for the place."""
 
 
 @dataclass(frozen=True)
 class Document:
-    """A file's text and what it says."""
+    """The text of a file, and its JSON value."""
 
     path: Path
     text: str
     value: Any
 
     def wrong(self, what: str, *steps: Step) -> FormatError:
-        """The error to raise for what is wrong with the value at these names and indexes, or with what holds it."""
-        known, found = 0, 0
+        """The error to raise for the value at these names and indexes; where it is missing, for what should hold it."""
+        known, offset = 0, 0
         for at, place, _ in itertools.islice(_places(self.text), MOST_PLACES):
             if len(place) == known + 1 and tuple(place) == steps[: known + 1]:
-                known, found = known + 1, at
+                known, offset = known + 1, at
                 if known == len(steps):
                     break
-        return FormatError(self.path, what, _line(self.text, found))
+        return FormatError(self.path, what, _line(self.text, offset))
 
     def object(self, *steps: str) -> dict[str, Any]:
-        """The object at these names; FormatError where there is none."""
-        found: Any = self.value
+        """The object at these names. Raises FormatError where there is none."""
+        value: Any = self.value
         for n, name in enumerate(steps):
-            found = found.get(name)
-            if not isinstance(found, dict):
+            value = value.get(name)
+            if not isinstance(value, dict):
                 raise self.wrong(f"there is no object {clip(name)!r} here", *steps[: n + 1])
-        return found
+        return value
 
 
 def load(path: Path) -> Document:
-    """Read a file; FormatError with the line, or the byte of what is no UTF-8."""
+    """Read a file that holds one JSON object. Raises FormatError with the line, or the byte of what is not UTF-8."""
     raw = path.read_bytes()
     try:
         text = raw.decode("utf-8-sig")
@@ -80,31 +80,31 @@ def _no_constant(name: str) -> Any:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    members = dict(pairs)
+    if len(members) != len(pairs):
         raise _RefusedError
-    return found
+    return members
 
 
 def _refusal(path: Path, text: str) -> FormatError:
-    """The first thing that `load` refused, found by a walk over the text."""
+    """The error for the first thing that `load` refuses, found by a pass over the text."""
     seen: list[set[Step]] = []
     for at, place, token in _places(text):
         if len(place) > DEEPEST:
-            return FormatError(path, f"values lie more than {DEEPEST} deep", _line(text, at))
+            return FormatError(path, f"values are nested more than {DEEPEST} deep", _line(text, at))
         if token in ("NaN", "Infinity", "-Infinity"):
             return FormatError(path, f"{token} is no JSON number: leave the value out", _line(text, at))
         del seen[len(place) :]
         seen += [set() for _ in range(len(place) - len(seen))]
         if place and isinstance(place[-1], str):
             if place[-1] in seen[-1]:
-                return FormatError(path, f"the name {clip(place[-1])!r} is there twice: keep one", _line(text, at))
+                return FormatError(path, f"the name {clip(place[-1])!r} occurs twice: keep one", _line(text, at))
             seen[-1].add(place[-1])
     return FormatError(path, "is no JSON that can be read", "line 1")
 
 
 def _places(text: str) -> Iterator[tuple[int, list[Step], str]]:
-    """Offset, names and indexes, and first token of every value, in order; each list is overwritten by the next."""
+    """Offset, names and indexes, and first token of every value, in order. One list is reused for all places."""
     place: list[Step] = []
     name = ""
     after = ""

@@ -1,4 +1,4 @@
-"""A NetCDF file as a Dataset: the classic format by its published grammar, NetCDF-4 by h5netcdf where that is there."""
+"""A NetCDF file as a Dataset: the classic format by netcdf3.py, NetCDF-4 by h5netcdf where it is installed."""
 
 import warnings
 from pathlib import Path
@@ -10,7 +10,7 @@ from gonio.door.text import clip
 from gonio.files import FormatError
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
-CONTENT = "content"  # attribute of files that hold something else than a scan: what that is
+CONTENT = "content"  # attribute of files that hold something other than a scan: its name
 MAGIC = (*netcdf3.MAGIC, HDF5)
 
 
@@ -22,7 +22,7 @@ def is_netcdf(head: bytes) -> bool:
 def read(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
     """The Dataset, decoded and in memory, and the byte at which each variable's values begin.
 
-    The bytes are known of the classic format alone. Raises FormatError with the byte offset for a damaged file.
+    The bytes are known for the classic format only. Raises FormatError with the byte offset for a damaged file.
     """
     with path.open("rb") as file:
         is_hdf5 = file.read(len(HDF5)) == HDF5
@@ -30,7 +30,7 @@ def read(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
 
 
 def text(path: Path, names: xr.DataArray, places: dict[str, int]) -> xr.DataArray:
-    """A variable of texts as Python's; FormatError where its bytes are text in no known encoding."""
+    """A variable of texts as Python strings. Raises FormatError where its bytes are in no known encoding."""
     try:
         return names.astype(str)
     except UnicodeDecodeError as error:
@@ -47,7 +47,7 @@ def _classic(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
             return xr.decode_cf(stored, decode_times=False).load(), places
     except FormatError:
         raise
-    except Exception as error:  # the decoder raises whatever the damaged attributes lead it to
+    except Exception as error:  # damaged attributes may raise any exception in the decoder
         at = min(places.values(), default=0)
         raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", f"byte {at}") from error
 
@@ -58,10 +58,10 @@ def _hdf5(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
             return opened.load(), {}
     except (ValueError, ImportError) as error:
         if "h5netcdf" in str(error):
-            what = "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3"
-            raise FormatError(path, what, "byte 0") from error
+            message = "is a NetCDF-4 file: install h5netcdf to read it, or save it as NetCDF-3"
+            raise FormatError(path, message, "byte 0") from error
         raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", "byte 0") from error
-    except Exception as error:  # the NetCDF reader raises whatever the damaged bytes lead it to
+    except Exception as error:  # damaged bytes may raise any exception in the reader
         raise FormatError(path, f"is a damaged NetCDF file ({_one_line(error)})", "byte 0") from error
 
 

@@ -1,6 +1,7 @@
-"""NetCDF's classic format, the 32- and 64-bit variants, read by its published grammar.
+"""NetCDF's classic format (CDF-1 and, with 64-bit offsets, CDF-2), read by its published grammar.
 
-Every count is held against the file before anything of its size is made, and what is wrong has its byte offset.
+Every count is checked against the size of the file before anything of its size is allocated. Errors have the byte
+offset.
 """
 
 import math
@@ -20,20 +21,20 @@ _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
 _KINDS = {_DIMENSIONS: "dimensions", _VARIABLES: "variables", _ATTRIBUTES: "attributes"}
 MOST_ENTRIES = 10_000  # dimensions, variables or attributes in one list
 MOST_DIMS = 16
-STREAMING = -1  # number of records of a file whose writer did not come to its end
+STREAMING = -1  # number of records in a file that its writer did not close
 
 
 @dataclass(frozen=True)
 class Length:
-    """The length of a dimension; one that grows is as long as the file has records."""
+    """The length of a dimension. The unlimited dimension (`grows`) is as long as the file has records."""
 
     value: int
     grows: bool
 
 
 @dataclass(frozen=True)
-class Stored:
-    """A variable as the header declares it: its values begin at byte `begin`."""
+class DeclaredVariable:
+    """A variable as the header declares it; its values begin at byte `begin`."""
 
     name: str
     dims: tuple[str, ...]
@@ -42,6 +43,7 @@ class Stored:
     begin: int
 
     def grows(self, lengths: dict[str, Length]) -> bool:
+        """Whether its first dimension is the unlimited one, so that its values are spread over the records."""
         return bool(self.dims) and lengths[self.dims[0]].grows
 
     def record_size(self, lengths: dict[str, Length]) -> int:
@@ -50,7 +52,7 @@ class Stored:
 
 
 def read(path: Path) -> tuple[xr.Dataset, dict[str, int]]:
-    """The Dataset as stored, not decoded, and the byte at which each variable's values begin.
+    """The Dataset as stored, without decoding, and the byte at which the values of each variable begin.
 
     Raises FormatError with the byte offset.
     """
@@ -90,38 +92,40 @@ def _name(raw: Bytes, of: str) -> str:
 
 
 def _dimensions(raw: Bytes, records: int) -> dict[str, Length]:
-    found: dict[str, Length] = {}
+    dimensions: dict[str, Length] = {}
     for _ in range(_entries(raw, _DIMENSIONS)):
         at = raw.at
         name, length = _name(raw, "a dimension"), raw.number(">i4", "the length of a dimension")
-        if name in found or not 0 <= length <= MOST_VALUES:
-            what = "is there twice" if name in found else f"has the length {length}, outside 0 to {MOST_VALUES}"
-            raise raw.wrong(f"the dimension {clip(name)!r} {what}", at)
-        if length == 0 and any(other.grows for other in found.values()):
-            raise raw.wrong(f"{clip(name)!r} is a second dimension without end", at)
+        if name in dimensions or not 0 <= length <= MOST_VALUES:
+            problem = "occurs twice" if name in dimensions else f"has the length {length}, outside 0 to {MOST_VALUES}"
+            raise raw.wrong(f"the dimension {clip(name)!r} {problem}", at)
+        if length == 0 and any(other.grows for other in dimensions.values()):
+            raise raw.wrong(f"{clip(name)!r} is a second unlimited dimension", at)
         if length == 0 and not 0 <= records <= MOST_VALUES:
             never = "was never written" if records == STREAMING else f"is {records}, outside 0 to {MOST_VALUES}"
             raise raw.wrong(f"the number of records {never}: close the file in the program that writes it", 4)
-        found[name] = Length(length or records, grows=length == 0)
-    return found
+        dimensions[name] = Length(length or records, grows=length == 0)
+    return dimensions
 
 
 def _attributes(raw: Bytes) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for _ in range(_entries(raw, _ATTRIBUTES)):
         at = raw.at
         name, kind = _name(raw, "an attribute"), _type(raw)
         length = raw.number(">i4", f"the length of the attribute {clip(name)!r}")
-        if name in found:
-            raise raw.wrong(f"the attribute {clip(name)!r} is there twice", at)
+        if name in attributes:
+            raise raw.wrong(f"the attribute {clip(name)!r} occurs twice", at)
         if kind == "S1":
-            found[name] = raw.text(length, f"the attribute {clip(name)!r}").rstrip("\0")  # an empty one is written so
+            attributes[name] = raw.text(length, f"the attribute {clip(name)!r}").rstrip(
+                "\0"
+            )  # an empty text is stored as one zero byte
         else:
             values = raw.array(kind, (length,), f"the attribute {clip(name)!r}")
             native = values.astype(values.dtype.newbyteorder("="))
-            found[name] = native[0] if length == 1 else native
+            attributes[name] = native[0] if length == 1 else native
         _padded(raw, length * np.dtype(kind).itemsize)
-    return found
+    return attributes
 
 
 def _type(raw: Bytes) -> str:
@@ -132,23 +136,25 @@ def _type(raw: Bytes) -> str:
     return TYPES[number]
 
 
-def _variables(raw: Bytes, lengths: dict[str, Length], offset: str) -> list[Stored]:
-    found: dict[str, Stored] = {}
+def _variables(raw: Bytes, lengths: dict[str, Length], offset: str) -> list[DeclaredVariable]:
+    variables: dict[str, DeclaredVariable] = {}
     room = raw.size
     for _ in range(_entries(raw, _VARIABLES)):
         at = raw.at
         name = _name(raw, "a variable")
         dims = _dims(raw, f"{clip(name)!r}", list(lengths))
         attrs, kind = _attributes(raw), _type(raw)
-        raw.number(">i4", f"the size of {clip(name)!r}")  # follows from the dimensions, and wrong where it is large
+        raw.number(
+            ">i4", f"the size of {clip(name)!r}"
+        )  # it follows from the dimensions, and is wrong for large variables
         begin = raw.number(offset, f"the place of {clip(name)!r}")
-        if name in found:
-            raise raw.wrong(f"the variable {clip(name)!r} is there twice", at)
+        if name in variables:
+            raise raw.wrong(f"the variable {clip(name)!r} occurs twice", at)
         room -= math.prod(lengths[dim].value for dim in dims) * np.dtype(kind).itemsize
         if room < 0 or begin < at:
             raise raw.wrong(f"the variable {clip(name)!r} needs more bytes than there are, or lies in the header", at)
-        found[name] = Stored(name, dims, attrs, kind, begin)
-    return list(found.values())
+        variables[name] = DeclaredVariable(name, dims, attrs, kind, begin)
+    return list(variables.values())
 
 
 def _dims(raw: Bytes, of: str, names: list[str]) -> tuple[str, ...]:
@@ -162,17 +168,23 @@ def _dims(raw: Bytes, of: str, names: list[str]) -> tuple[str, ...]:
     return tuple(names[number] for number in numbers)
 
 
-def _values(raw: Bytes, variable: Stored, lengths: dict[str, Length], declared: list[Stored]) -> np.ndarray:
-    """The values in the machine's byte order; those over the dimension that grows are gathered from its records."""
+def _values(
+    raw: Bytes, variable: DeclaredVariable, lengths: dict[str, Length], declared: list[DeclaredVariable]
+) -> np.ndarray:
+    """The values in the byte order of the machine; those along the unlimited dimension are gathered from records."""
     expected, shape = f"the variable {clip(variable.name)!r}", tuple(lengths[name].value for name in variable.dims)
     if not variable.grows(lengths):
         values = raw.array(variable.dtype, shape, expected, at=variable.begin)
         return values.astype(values.dtype.newbyteorder("="))
     sizes = {v.name: v.record_size(lengths) for v in declared if v.grows(lengths)}
     step = sum(size + -size % 4 for size in sizes.values()) if len(sizes) > 1 else sizes[variable.name]
-    own, records = sizes[variable.name], shape[0]
-    span = (records - 1) * step + own if records and own else 0
+    record_bytes, records = sizes[variable.name], shape[0]
+    span = (records - 1) * step + record_bytes if records and record_bytes else 0
     block = raw.array(np.uint8, (span,), expected, at=variable.begin)
-    rows = np.lib.stride_tricks.as_strided(block, (records, own), (step, 1)) if span else block.reshape(0, own or 1)
+    rows = (
+        np.lib.stride_tricks.as_strided(block, (records, record_bytes), (step, 1))
+        if span
+        else block.reshape(0, record_bytes or 1)
+    )
     values = np.ascontiguousarray(rows).view(variable.dtype).reshape(shape)
     return values.astype(values.dtype.newbyteorder("="))

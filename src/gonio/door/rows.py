@@ -1,4 +1,4 @@
-"""Rows of numbers in text, turned into an array in bulk, each with its line."""
+"""Rows of numbers in a text file, converted to an array in bulk, each with its line."""
 
 from array import array
 from collections.abc import Iterable
@@ -10,12 +10,12 @@ import numpy.typing as npt
 from gonio.door.text import MOST_VALUES, number
 from gonio.files import FormatError
 
-AT_ONCE = 50_000  # words that wait as text: their memory is many times that of the numbers
-MOST_LISTED = 10  # names in a message
+AT_ONCE = 50_000  # words that are kept as text: they take many times the memory of the numbers
+MOST_LISTED = 10  # names that a message lists
 
 
 class Rows:
-    """Rows of as many numbers as there are `names`, which say what each is; those in `gaps` may be `nan`.
+    """Rows with one number for each of `names`, which messages use; numbers named in `gaps` may be `nan`.
 
     Every method raises FormatError with the line of the first row that is wrong.
     """
@@ -28,7 +28,7 @@ class Rows:
         self._parts: list[npt.NDArray[np.float64]] = []
 
     def add(self, line: int, words: list[str]) -> None:
-        """The words of one line."""
+        """Add the words of one line."""
         if len(words) != self._wide:
             listed = f": {', '.join(self.names)}" if self._wide <= MOST_LISTED else ""
             raise FormatError(self.path, f"has {len(words)} numbers, not {self._wide}{listed}", f"line {line}")
@@ -38,7 +38,7 @@ class Rows:
             self._take()
 
     def _take(self) -> None:
-        """Turn the words that wait into numbers: all at once, and one by one only where some are wrong."""
+        """Convert the words so far to numbers: all at once, and one by one only where one of them is wrong."""
         wide = self._wide
         if len(self._lines) * wide > MOST_VALUES:
             raise FormatError(self.path, f"holds more than {MOST_VALUES} numbers", f"line {self._lines[-1]}")
@@ -55,7 +55,7 @@ class Rows:
         self._words = []
 
     def table(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-        """The line of each row, and the numbers (rows, names); FormatError where there is no row."""
+        """The line of each row, and the numbers (rows, names). Raises FormatError where there is no row."""
         self._take()
         if not self._lines:
             raise FormatError(self.path, "holds no rows of numbers", "line 1")

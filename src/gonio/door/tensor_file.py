@@ -1,4 +1,9 @@
-"""The tensor_file container of RGL's and KAIST's measurements: named arrays, little-endian, each at its own offset."""
+"""The tensor_file container of RGL's (.bsdf) and KAIST's (.pbsdf) measurements: named little-endian arrays.
+
+First come `tensor_file` and a zero byte, the version (two bytes) and the number of fields; for each field the length of
+its name, the name, the number of dimensions, the type (1 to 11, see TYPES), offset and shape; then the arrays, each at
+its offset. The layout is that of Mitsuba's tensor.cpp.
+"""
 
 import math
 import struct
@@ -19,16 +24,16 @@ TYPES = {
     for number, name in enumerate(("u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"), start=1)
 }
 MOST_FIELDS, MOST_DIMENSIONS, LONGEST_NAME = 256, 8, 256
-ALIGNMENT = 8  # bytes; the public writers' own
+ALIGNMENT = 8  # bytes; that of the public writers
 
 Array = npt.NDArray[Any]
 
 
 class Fields:
-    """The arrays of one file by name, views into it, and the byte at which each begins."""
+    """The arrays of one file by name, as views into it, and the byte at which each begins."""
 
     def __init__(self, path: Path, most: int = MOST_VALUES) -> None:
-        """Raises FormatError, with the byte offset, for sizes that the file does not have or that exceed `most`."""
+        """Read the header. Raises FormatError with the byte offset for sizes that exceed the file, or `most` values."""
         self.bytes = Bytes(path)
         self.arrays: dict[str, Array] = {}
         self.starts: dict[str, int] = {}
@@ -66,7 +71,7 @@ class Fields:
         start = source.number("<u8", f"the offset of {shown}")
         shape = tuple(source.array("<u8", (dimensions,), f"the shape of {shown}").tolist())
         if name in self.arrays:
-            raise source.wrong(f"the field {shown} is there twice", at)
+            raise source.wrong(f"the field {shown} occurs twice", at)
         if math.prod(shape) > most:
             raise source.wrong(f"{shown} has {math.prod(shape)} values, more than {most}", source.at)
         if not math.prod(shape) and shape != (0,):
@@ -75,23 +80,23 @@ class Fields:
         self.starts[name] = start
 
     def get(self, name: str, kind: str, dimensions: int, least: int = 1) -> Array:
-        """A field of this type and so many dimensions, each at least `least` long; FormatError where it is not so."""
+        """A field. Raises FormatError unless it has this type and number of dimensions, each at least `least` long."""
         if name not in self.arrays:
             raise self.bytes.wrong(
                 f"there is no field {name}; there are {clip(', '.join(map(repr, self.arrays)), 100)}", 0
             )
-        found = self.arrays[name]
-        if found.dtype != np.dtype(kind) or found.ndim != dimensions or min(found.shape) < least:
-            what = f"{found.dtype} of shape {found.shape}"
-            raise self.wrong(name, f"{what} where {dimensions} dimensions of {np.dtype(kind)} were expected")
-        return found
+        array = self.arrays[name]
+        if array.dtype != np.dtype(kind) or array.ndim != dimensions or min(array.shape) < least:
+            description = f"{array.dtype} of shape {array.shape}"
+            raise self.wrong(name, f"{description} where {dimensions} dimensions of {np.dtype(kind)} were expected")
+        return array
 
     def wrong(self, name: str, what: str, index: int = 0) -> Exception:
-        """The error for what is wrong in a field, at the flat `index` of its value."""
+        """The error to raise for what is wrong in a field, at the flat `index` of a value."""
         return self.bytes.wrong(f"{name}: {what}", self.starts[name] + index * self.arrays[name].dtype.itemsize)
 
     def check(self, name: str, good: npt.NDArray[np.bool_], what: str) -> None:
-        """FormatError at the first value of the field that is not `good`."""
+        """Raise FormatError for the first value of the field that is not `good`; `what` describes it."""
         if not good.all():
             index = int(np.argmin(good.ravel()))
             raise self.wrong(name, f"a value is {self.arrays[name].ravel()[index]}, {what}", index)

@@ -1,4 +1,4 @@
-"""What readers of text files share: lines and numbers with their place in the file, and limits against hostile ones."""
+"""Lines, words and numbers of text files with their place in the file, and limits against hostile files."""
 
 import math
 import re
@@ -10,15 +10,15 @@ import numpy.typing as npt
 
 from gonio.files import FormatError
 
-LONGEST_LINE = 65_536  # bytes; a longer line is no row of numbers
+LONGEST_LINE = 65_536  # bytes; a longer line is not a row of numbers
 _LINE_END = re.compile(rb"\r\n|\n|\r")
-MOST_VALUES = 50_000_000  # numbers that a header may promise; more is damage or malice
+MOST_VALUES = 50_000_000  # numbers that a header may promise; a larger count is damage or malice
 
 
 def lines(path: Path, *, longest: int = LONGEST_LINE, encoding: str = "utf-8") -> Iterator[tuple[int, str]]:
-    r"""Line numbers from 1 and lines without their ends (\n, \r\n or \r), decoded as they are asked for.
+    r"""Numbers from 1 and lines without their ends (\n, \r\n or \r), read and decoded one after another on demand.
 
-    Raises FormatError for zero bytes, for what is no text in `encoding`, and for a line beyond `longest` bytes.
+    Raises FormatError for zero bytes, for bytes that are not `encoding`, and for a line of more than `longest` bytes.
     """
     number = 0
     with path.open("rb") as file:
@@ -26,7 +26,7 @@ def lines(path: Path, *, longest: int = LONGEST_LINE, encoding: str = "utf-8") -
         while True:
             chunk = file.read(LONGEST_LINE)
             pieces = _LINE_END.split(rest + chunk)
-            # A carriage return that ends the chunk may be half of a line end: it waits for the next chunk.
+            # A carriage return at the end of the chunk may be half of a line end: it is kept for the next chunk.
             rest = pieces.pop() if chunk else b""
             if chunk and not rest and pieces and chunk.endswith(b"\r"):
                 rest = pieces.pop() + b"\r"
@@ -58,14 +58,14 @@ def _decoded(path: Path, number: int, raw: bytes, encoding: str) -> str:
 
 
 def clip(text: str, most: int = 40) -> str:
-    """The text, cut where it is too long for a message."""
+    """The text, cut to `most` characters for a message."""
     return text if len(text) <= most else text[: most - 2] + ".."
 
 
 class Words:
-    """The words of a text file, one after another or a line at a time, each with its line.
+    """A cursor over the words of a text file, one at a time or a line at a time, which knows the line.
 
-    `comment` starts a remark that reaches to the end of its line; `separators` part words beside white space.
+    `comment` starts a remark up to the end of its line, kept in `remarks`; `separators` act as white space.
     Every method raises FormatError with the line, and with what was expected there.
     """
 
@@ -93,11 +93,11 @@ class Words:
         return FormatError(self.path, what, f"line {max(self.line, 1)}")
 
     def peek(self) -> str:
-        """The next word, which stays; empty at the end of the file."""
+        """The next word, without moving past it; empty at the end of the file."""
         return self._words[-1] if self._fill() else ""
 
     def rest(self) -> list[str]:
-        """The other words of this line, none where the last one was the line's last; never those of the next line."""
+        """The words that remain on this line; none after the last word of a line."""
         words, self._words = self._words[::-1], []
         return words
 
@@ -106,39 +106,41 @@ class Words:
         return self.rest() if self._fill() else []
 
     def word(self, expected: str) -> str:
+        """The next word."""
         if not self._fill():
             raise self.wrong(f"the file ends where {expected} was expected")
         return self._words.pop()
 
     def keyword(self, *allowed: str) -> str:
-        """The next word, one of `allowed` in any case, as it is spelt there."""
+        """The next word, which must be one of `allowed` in any case; returned as spelt in `allowed`."""
         listed = " or ".join(allowed)
-        found = self.word(listed)
+        word = self.word(listed)
         for name in allowed:
-            if found.lower() == name.lower():
+            if word.lower() == name.lower():
                 return name
-        raise self.wrong(f"{clip(found)!r} where {listed} was expected")
+        raise self.wrong(f"{clip(word)!r} where {listed} was expected")
 
     def number(self, expected: str) -> float:
+        """The next word as a finite number."""
         return self.as_number(self.word(expected), expected)
 
     def numbers(self, count: int, expected: str) -> list[float]:
-        """So many numbers, over as many lines as they take."""
-        found: list[float] = []
-        while len(found) < count:
+        """`count` numbers, over as many lines as they take."""
+        numbers: list[float] = []
+        while len(numbers) < count:
             if not self._fill():
-                raise self.wrong(f"the file ends after {len(found)} of {count} numbers of {expected}")
-            wanted = min(count - len(found), len(self._words))
-            found += [self.as_number(self._words.pop(), expected) for _ in range(wanted)]
-        return found
+                raise self.wrong(f"the file ends after {len(numbers)} of {count} numbers of {expected}")
+            wanted = min(count - len(numbers), len(self._words))
+            numbers += [self.as_number(self._words.pop(), expected) for _ in range(wanted)]
+        return numbers
 
     def table(self, count: int, expected: str) -> npt.NDArray[np.float64]:
-        """So many numbers as an array (count,), a line at a time: what `numbers` is for large tables."""
-        found: list[float] = []
-        while len(found) < count:
+        """`count` numbers as an array (count,): as `numbers`, but a line at a time, which is fast for large tables."""
+        values: list[float] = []
+        while len(values) < count:
             if not self._fill():
-                raise self.wrong(f"the file ends after {len(found)} of {count} numbers of {expected}")
-            wanted = min(count - len(found), len(self._words))
+                raise self.wrong(f"the file ends after {len(values)} of {count} numbers of {expected}")
+            wanted = min(count - len(values), len(self._words))
             words = self._words[: -wanted - 1 : -1]
             del self._words[-wanted:]
             try:
@@ -147,12 +149,12 @@ class Words:
                 numbers = []
             if not numbers or "_" in "".join(words) or not all(map(math.isfinite, numbers)):
                 label = f"of the {count} numbers of {expected}, number"
-                numbers = [self.as_number(w, f"{label} {len(found) + k + 1}") for k, w in enumerate(words)]
-            found += numbers
-        return np.array(found)
+                numbers = [self.as_number(w, f"{label} {len(values) + k + 1}") for k, w in enumerate(words)]
+            values += numbers
+        return np.array(values)
 
     def count(self, expected: str, least: int = 1, most: int = MOST_VALUES) -> int:
-        """A whole number, within what a file can hold."""
+        """The next word as a whole number from `least` to `most`."""
         text = self.word(expected)
         if not text.lstrip("+").isdecimal() or len(text) > 20:
             raise self.wrong(f"{expected} is {clip(text)!r}, not a count")
@@ -161,24 +163,25 @@ class Words:
         return int(text)
 
     def as_number(self, text: str, expected: str) -> float:
+        """A word of this line as a finite number."""
         return number(self.path, self.line, text, expected)
 
 
 def number(path: Path, line: int, text: str, expected: str) -> float:
-    """A finite number; FormatError names the line and what the number was for."""
+    """A finite number. Raises FormatError with the line and with `expected`, what the number is."""
     try:
-        value = math.nan if "_" in text else float(text)  # Python's own 1_000 is no number of an instrument
+        value = math.nan if "_" in text else float(text)  # float accepts 1_000, which no instrument writes
     except ValueError:
         value = math.nan
         if "," in text and text.replace(",", ".", 1).replace(".", "", 1).lstrip("+-").isalnum():
-            what = f"{expected} is {clip(text)!r}: write decimal points, not commas"
-            raise FormatError(path, what, f"line {line}") from None
+            message = f"{expected} is {clip(text)!r}: write decimal points, not commas"
+            raise FormatError(path, message, f"line {line}") from None
     if not math.isfinite(value):
         raise FormatError(path, f"{expected} is {clip(text)!r}, not a finite number", f"line {line}")
     return value
 
 
 def remark_lines(text: str) -> list[str]:
-    """The lines of remarks as a text file can hold them: no control characters, no empty line, no space around."""
-    found = ("".join(c for c in line if c.isprintable() or c == "\t").strip() for line in text.splitlines())
-    return [line for line in found if line]
+    """The lines of a text as remarks of a file: without control characters, empty lines and surrounding space."""
+    cleaned = ("".join(c for c in line if c.isprintable() or c == "\t").strip() for line in text.splitlines())
+    return [line for line in cleaned if line]

@@ -1,8 +1,8 @@
-"""What a Zarr store promises, checked against its files before anything is allocated: shapes, chunks, codecs, sums.
+"""The metadata of a Zarr store, checked against its files before anything is allocated: shapes, chunks, codecs, sums.
 
-Stores of format 3 are read whose arrays are plain numbers in a regular grid of chunks, bare or compressed by zstd, with
-or without a CRC-32C. In a scan every chunk must be there: a lost one would be read as fill values. A stack of scans,
-which people store by xarray's defaults, may have arrays of texts, and leaves out chunks of nothing but fill values.
+Stores of format 3 are read whose arrays are plain numbers in a regular grid of chunks, uncompressed or compressed by
+zstd, with or without a CRC-32C. In a scan every chunk must exist: a lost one would be read as fill values. A stack of
+scans, which people store with xarray's defaults, may have arrays of texts, and lacks chunks that are all fill values.
 """
 
 import math
@@ -17,7 +17,7 @@ from gonio.door.text import MOST_VALUES, clip
 from gonio.files import FormatError
 
 METADATA = "zarr.json"
-NAMES = "names"  # attribute of an array of indexes: the texts that they stand for
+NAMES = "names"  # attribute of an array of indexes: the list of texts to which they point
 LONGEST_METADATA = 4_194_304  # bytes
 MOST_BYTES_OF_CHUNK = 67_108_864
 LONGEST_TEXT = 65_536  # bytes of a text of fixed length
@@ -29,7 +29,7 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 
 @dataclass(frozen=True)
 class Limits:
-    """What the arrays of a store may promise: so many values, bytes of a chunk, texts, chunks that are not there."""
+    """Limits for the arrays of a store: values, bytes of a chunk, whether texts and missing chunks are allowed."""
 
     values: int = MOST_VALUES
     chunk_bytes: int = MOST_BYTES_OF_CHUNK
@@ -43,7 +43,7 @@ STACK = Limits(values=2**50, chunk_bytes=2**31, texts=True, gaps=True)  # may be
 
 @dataclass(frozen=True)
 class Plan:
-    """One array as its metadata promise it; itemsize is 0 for texts, each of its own length."""
+    """One array as its metadata declare it; itemsize is 0 for texts of variable length."""
 
     store: Path
     name: str
@@ -55,22 +55,24 @@ class Plan:
 
     @property
     def nbytes(self) -> int:
+        """Bytes of all values in memory."""
         return math.prod(self.shape) * self.itemsize
 
     @property
     def chunk_nbytes(self) -> int:
+        """Bytes of the values of one chunk."""
         return math.prod(self.chunk) * self.itemsize
 
     def chunk_names(self) -> Any:
-        """The name within the store of every chunk that must be there."""
+        """The names within the store of all chunks of the array, one at a time."""
         counts = tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
-        # One at a time: itertools.product keeps every count whole, also 2^62 beside a 0, of which no chunk is.
+        # itertools.product would hold each range in memory, even one of 2^62 beside a 0, which has no chunk.
         places = (np.unravel_index(k, counts) for k in range(math.prod(counts)))
         return ("/".join((self.name, "c", *map(str, at))) for at in places)
 
 
 def plans(store: Path, limits: Limits = SCAN) -> list[Plan]:
-    """The arrays of a store within limits; FormatError with the file in it and the line."""
+    """The arrays of a store. Raises FormatError, with the file in the store and the line, for one beyond the limits."""
     root = _metadata(store, METADATA)
     _expect(store, METADATA, root, root.value.get("node_type") == "group", "the store's root is no group", "node_type")
     names = sorted(p.name for p in store.iterdir() if p.name != METADATA)
@@ -89,8 +91,8 @@ def _metadata(store: Path, name: str) -> Document:
         document = load(path)
     except FormatError as error:
         raise FormatError(store, error.what, f"{name}, {error.where}") from error
-    found = document.value.get("zarr_format")
-    _expect(store, name, document, found == 3, "zarr_format is not 3: save the store in Zarr format 3", "zarr_format")
+    version = document.value.get("zarr_format")
+    _expect(store, name, document, version == 3, "zarr_format is not 3: save the store in Zarr format 3", "zarr_format")
     return document
 
 
@@ -103,8 +105,8 @@ def _plan(store: Path, name: str, limits: Limits) -> Plan:
     file = f"{name}/{METADATA}"
     document = _metadata(store, file)
 
-    def expect(holds: bool, what: str, *steps: str | int) -> None:
-        _expect(store, file, document, holds, what, *steps)
+    def expect(holds: bool, message: str, *steps: str | int) -> None:
+        _expect(store, file, document, holds, message, *steps)
 
     value = document.value
     expect(value.get("node_type") == "array", f"{clip(name)} is no array", "node_type")
@@ -130,16 +132,16 @@ def _plan(store: Path, name: str, limits: Limits) -> Plan:
     expect(slashed, "chunk_key_encoding is not the default one", "chunk_key_encoding")
     expect(not value.get("storage_transformers"), "there are storage_transformers", "storage_transformers")
     codecs = value.get("codecs")
-    named = [c.get("name") if isinstance(c, dict) else None for c in codecs] if isinstance(codecs, list) else []
+    codec_names = [c.get("name") if isinstance(c, dict) else None for c in codecs] if isinstance(codecs, list) else []
     order = _CODECS if itemsize else _TEXT_CODECS
-    known = tuple(n for n in order if n in named)
-    what = f"codecs are not {order[0]}, then zstd or none, then crc32c or none: save the store with these"
-    expect(bool(named) and tuple(named) == known and known[0] == order[0], what, "codecs")
+    known = tuple(n for n in order if n in codec_names)
+    message = f"codecs are not {order[0]}, then zstd or none, then crc32c or none: save the store with these"
+    expect(bool(codec_names) and tuple(codec_names) == known and known[0] == order[0], message, "codecs")
     return Plan(store, name, shape, chunk, itemsize, known, limits.gaps)
 
 
 def _itemsize(kind: Any, texts: bool) -> int | None:
-    """Bytes of a number, or of a text of fixed length; 0 for other texts, None for a type that is not read."""
+    """Bytes of a number, or of a text of fixed length; 0 for texts of variable length, None for unsupported types."""
     if isinstance(kind, str) and kind in _KINDS:
         return np.dtype(kind).itemsize
     if texts and kind == _TEXTS:
@@ -150,7 +152,7 @@ def _itemsize(kind: Any, texts: bool) -> int | None:
 
 
 def _sizes(value: Any) -> tuple[int, ...] | None:
-    """Whole numbers, None where the value is no list of these."""
+    """The value as whole numbers; None where it is not a list of them."""
     if not isinstance(value, list) or len(value) > 16 or set(map(type, value)) - {float}:
         return None
     if any(not 0 <= v <= 2**62 or v != int(v) for v in value):
@@ -159,10 +161,10 @@ def _sizes(value: Any) -> tuple[int, ...] | None:
 
 
 def check_chunks(plan: Plan) -> None:
-    """Every chunk is there, holds what its codecs promise, and has its sum; FormatError with the chunk.
+    """Check that every chunk exists, has the size that its codecs need, and its checksum. Raises FormatError.
 
-    A plan with gaps leaves out chunks of nothing but fill values; of an array of none but such chunks there may be more
-    than can be looked for, so those that are there are checked.
+    Where a plan allows gaps, chunks that are all fill values may be missing. There may be too many of them to search
+    for, so only the chunks that exist are checked.
     """
     for name in _stored_chunks(plan) if plan.gaps else plan.chunk_names():
         path = plan.store / name
@@ -176,31 +178,33 @@ def check_chunks(plan: Plan) -> None:
             raw = _summed(plan, name, raw)
         size = _content(raw) if "zstd" in plan.codecs else len(raw)
         if plan.itemsize and size != plan.chunk_nbytes:
-            what = f"a chunk holds {size if size is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
-            raise FormatError(plan.store, what, f"{name}, byte 0")
+            message = (
+                f"a chunk holds {size if size is not None else 'no stated number of'} bytes, not {plan.chunk_nbytes}"
+            )
+            raise FormatError(plan.store, message, f"{name}, byte 0")
         if not plan.itemsize:
             _check_texts(plan, name, raw, size)
 
 
 def _stored_chunks(plan: Plan) -> list[str]:
-    """The names of the chunks that are there and belong to the array's grid."""
+    """The names of the chunks that exist and belong to the grid of the array."""
     folder = plan.store / plan.name / "c"
     if not plan.shape or folder.is_file():
         return [f"{plan.name}/c"] if folder.is_file() else []
     counts = [-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True)]
-    found = []
+    names = []
     for path in sorted(p for p in folder.rglob("*") if p.is_file()):
         place = path.relative_to(folder).parts
         of_grid = len(place) == len(counts) and all(
             p.isdecimal() and int(p) < n for p, n in zip(place, counts, strict=True)
         )
         if of_grid:
-            found.append("/".join((plan.name, "c", *place)))
-    return found
+            names.append("/".join((plan.name, "c", *place)))
+    return names
 
 
 def _check_texts(plan: Plan, name: str, raw: bytes, size: int | None) -> None:
-    """A chunk of texts holds as many as it should, each within the chunk, in UTF-8."""
+    """Check that a chunk of texts holds the right number, each within the chunk and in UTF-8."""
     from numcodecs.zstd import decompress
 
     if size is None or size > MOST_BYTES_OF_CHUNK:
@@ -228,7 +232,7 @@ def _summed(plan: Plan, name: str, raw: bytes) -> bytes:
 
 
 def _content(raw: bytes) -> int | None:
-    """The length that a zstd frame's header states (RFC 8878, 3.1.1.1), None where it states none."""
+    """The length of content that the header of a zstd frame states (RFC 8878, 3.1.1.1); None where it states none."""
     if not raw.startswith(_ZSTD) or len(raw) < 6:
         return None
     flags = raw[4]

@@ -1,4 +1,4 @@
-"""A model evaluated for many pairs of directions, 1e7 to 1e9 say, in bounded memory."""
+"""A model evaluated for many pairs of directions, such as 1e7 to 1e9, in bounded memory."""
 
 from gonio.evaluation.batches import evaluate
 

@@ -1,4 +1,4 @@
-"""A model evaluated for many pairs of directions, 1e7 to 1e9 say: compiled by JAX or in NumPy, in bounded memory."""
+"""A model evaluated for many pairs of directions, such as 1e7 to 1e9: by JAX or NumPy, in bounded memory."""
 
 import functools
 from collections import Counter, deque
@@ -10,17 +10,17 @@ import numpy as np
 from array_api_compat import is_jax_array
 
 from gonio.arrays import Array
-from gonio.evaluation.pairs import Pairs, Parts, Piece, components, places, some
+from gonio.evaluation.pairs import Pairs, Parts, Piece, components, places, probed
 from gonio.geometry import Geometry
 from gonio.model import Model
 from gonio.portable import cores
 
 PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
 PART_ON_DEVICE = 2**24  # pairs of JAX arrays at once
-BLOCK = 2**13  # pairs at once in NumPy, whose intermediate results a processor's cache then holds
-LEAST = 2**10  # pairs that code is compiled for, however few there are
-ALIGNED = 64  # bytes: where XLA reads NumPy's memory in place
-INDEXED = 2**31 - 1  # pairs that compiled code counts
+BLOCK = 2**13  # pairs at once in NumPy: their intermediate results fit into a processor's cache
+LEAST = 2**10  # fewest pairs that code is compiled for
+ALIGNED = 64  # bytes: XLA reads NumPy's memory in place where it begins at a multiple of this
+INDEXED = 2**31 - 1  # most pairs of one call: compiled code counts in 32 bits
 
 
 def evaluate(
@@ -37,15 +37,15 @@ def evaluate(
 ) -> Array:
     """BRDF [1/sr] of `model` for pairs of unit vectors, `wi` to the source and `wo` to the detector.
 
-    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They and the `values`
-    of weights and shape, which are as in calling the model, broadcast against each other. NumPy arrays, memory-mapped
-    ones too, are read `chunk` pairs at a time and give a NumPy array. JAX arrays stay on their device. `out` takes the
-    result, which saves the system's time for new memory: a C-contiguous NumPy array of its shape and precision, or a
-    JAX array, which JAX then deletes.
+    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They broadcast against
+    the `values` of weights and shape parameters, which are as in calling the model. NumPy arrays, memory-mapped ones
+    too, are read `chunk` pairs at a time and give a NumPy array. JAX arrays stay on their device. `out` takes the
+    result, which saves the time in which the system provides new memory: a C-contiguous NumPy array of its shape and
+    precision, or a JAX array, which JAX then deletes.
     `library` is "jax", which compiles once a model, or "numpy". `precision` is "float32" or "float64", by default that
     of the directions. `device` is "cpu", "gpu" or another that JAX knows, by default where JAX computes.
-    Raises ValueError where JAX is missing or sees no such device, for directions of wrong shape or length, unknown
-    names or precisions and an unfit `out`. A function that JAX traces calls the model itself.
+    Raises ValueError where JAX is missing or has no such device, for directions of wrong shape or length, unknown
+    names or precisions, an unsuitable `out`, and within a function that JAX traces: that must call the model itself.
     """
     if library not in ("jax", "numpy"):
         raise ValueError(f"library is 'jax' or 'numpy', not {library!r}")
@@ -54,12 +54,12 @@ def evaluate(
     if chunk < 0:
         raise ValueError(f"chunk is a number of pairs, not {chunk}")
     _refuse(model, tuple(values))
-    pairs = Pairs.of(wi, wo, values, precision, _look)
+    pairs = Pairs.of(wi, wo, values, precision, _probed)
     if library == "jax" and any(map(is_jax_array, pairs.operands)):
         if out is not None and (not is_jax_array(out) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype)):
             raise ValueError(f"out must be a JAX array of shape {pairs.shape} and precision {pairs.dtype.name}")
         if any(out is operand for operand in pairs.operands):
-            raise ValueError("out is what it is computed from: give an array of its own")
+            raise ValueError("out is one of the arguments: give another array")
         return _from_device(model, pairs, device, chunk, out)
     result = _result(out, pairs)
     if library == "jax":
@@ -71,25 +71,26 @@ def evaluate(
 
 @functools.lru_cache(maxsize=256)
 def _refuse(model: Model, names: tuple[str, ...]) -> None:
-    """The model's own messages for names, before anything is read: one pair at the normal, at its defaults."""
+    """Raises the model's own errors for unknown names before anything is read, by a call for one pair at the normal."""
     normal = [np.asarray([component]) for component in (0.0, 0.0, 1.0)] * 2
     model(Geometry(*normal), {name: model.shape[name].default if name in model.shape else 1.0 for name in names})
 
 
-def _look(parts: Parts) -> Parts:
-    """Some of the directions; of JAX arrays in one call where that is possible, because each costs a millisecond."""
+def _probed(parts: Parts) -> Parts:
+    """A few of the directions; of JAX arrays in one call where that is possible, because each costs a millisecond."""
     if not all(map(is_jax_array, parts)):
-        return some(parts)
+        return probed(parts)
     with _jax().enable_x64(True):
-        return _compiled_look()(parts)
+        return _compiled_probed()(parts)
 
 
 @functools.cache
-def _compiled_look() -> Callable[[Parts], Parts]:
-    return _jax().jit(some)
+def _compiled_probed() -> Callable[[Parts], Parts]:
+    return _jax().jit(probed)
 
 
 def _result(out: Array | None, pairs: Pairs) -> np.ndarray:
+    """The array that takes the result: `out` where it is suitable, else a new one."""
     if out is None:
         return np.empty(pairs.shape, pairs.dtype)
     if not isinstance(out, np.ndarray) or (out.shape, out.dtype) != (pairs.shape, pairs.dtype):
@@ -97,11 +98,12 @@ def _result(out: Array | None, pairs: Pairs) -> np.ndarray:
     if not (out.flags.c_contiguous and out.flags.writeable):
         raise ValueError("out must be C-contiguous and writeable")
     if any(np.may_share_memory(out, operand) for operand in pairs.operands if isinstance(operand, np.ndarray)):
-        raise ValueError("out shares memory with what it is computed from: give an array of its own")
+        raise ValueError("out shares memory with an argument: give another array")
     return out
 
 
 def _numpy_stream(model: Model, pairs: Pairs, length: int, flat: np.ndarray) -> None:
+    """The values in blocks of `length` pairs, on all cores, written to `flat`."""
     pieces = pairs.pieces()
 
     def compute(a: int) -> None:
@@ -116,19 +118,20 @@ def _numpy_stream(model: Model, pairs: Pairs, length: int, flat: np.ndarray) -> 
 def _compiled_stream(model: Model, pairs: Pairs, device: str, chunk: int, flat: np.ndarray) -> None:
     """One part after another; while JAX computes one, the one before it is copied to its place.
 
-    Results take the places of earlier ones: the system's time for new memory is longer than that of most models.
+    Results take the memory of earlier ones: the system needs more time to provide new memory than most models need.
     """
     jax, pieces, tails = _jax(), pairs.pieces(), pairs.tails
-    place, length = _device(jax, device), chunk or PART
+    device_used, length = _device(jax, device), chunk or PART
     waiting: deque[tuple[int, Array]] = deque()
 
     def finish() -> Array:
-        a, found = waiting.popleft()
-        there = np.from_dlpack(found) if next(iter(found.devices())).platform == "cpu" else np.asarray(found)
-        flat[a : a + found.size] = there[: flat.size - a]
-        return found
+        a, computed = waiting.popleft()
+        on_cpu = next(iter(computed.devices())).platform == "cpu"
+        values = np.from_dlpack(computed) if on_cpu else np.asarray(computed)
+        flat[a : a + computed.size] = values[: flat.size - a]
+        return computed
 
-    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(device_used):
         firsts = [piece(0, 1) for piece in pieces]
         same = {k: jax.device_put(first) for k, first in enumerate(firsts) if first.shape == tails[k]}
         for a, n in _parts(pairs, pieces, length):
@@ -144,8 +147,8 @@ def _compiled_stream(model: Model, pairs: Pairs, device: str, chunk: int, flat: 
 def _parts(pairs: Pairs, pieces: list[Piece], length: int) -> list[tuple[int, int]]:
     """Where parts begin and how long they are: all equally, but for the last, which is a power of two.
 
-    Parts overlap so that few lengths are compiled; and where arrays begin off the boundary from which XLA reads NumPy's
-    memory in place, so that all parts but the first and the last begin on it.
+    Parts overlap so that code is compiled for few lengths. They also overlap where arrays do not begin at a multiple of
+    ALIGNED, so that all parts but the first and the last do, and XLA reads NumPy's memory in place.
     """
     if not pairs.count:
         return []
@@ -156,8 +159,8 @@ def _parts(pairs: Pairs, pieces: list[Piece], length: int) -> list[tuple[int, in
     item = pairs.dtype.itemsize
     beyond = Counter(part.ctypes.data % ALIGNED // item for part in dense if part.shape == (length,)).most_common(1)
     starts = [0, *range(length - (beyond[0][0] if beyond else 0), pairs.count - length, length)]
-    rest = pairs.count - starts[-1] - length
-    last = min(length, max(LEAST, 1 << (rest - 1).bit_length()))
+    remaining = pairs.count - starts[-1] - length
+    last = min(length, max(LEAST, 1 << (remaining - 1).bit_length()))
     return [*((start, length) for start in starts), (pairs.count - last, last)]
 
 
@@ -165,7 +168,7 @@ def _parts(pairs: Pairs, pieces: list[Piece], length: int) -> list[tuple[int, in
 def _compiled(model: Model) -> Callable[..., Array]:
     """The model as a function that JAX compiles once for each precision and set of names, not for each value.
 
-    Its result takes the place of the array `spare`, and has its precision.
+    Its result takes the memory of the array `spare`, and has its precision.
     """
     jax = _jax()
 
@@ -177,44 +180,47 @@ def _compiled(model: Model) -> Callable[..., Array]:
 
 
 def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array | None) -> Array:
-    """In one call, or part by part into one array that each hands to the next: no array leaves its device."""
+    """In one call, or part by part into one array that each part passes on to the next: no array leaves its device."""
     jax = _jax()
-    place, length = _device(jax, device), chunk or PART_ON_DEVICE
+    device_used, length = _device(jax, device), chunk or PART_ON_DEVICE
     if pairs.count > INDEXED:
         raise ValueError(f"compiled code counts {INDEXED} pairs of JAX arrays: evaluate {pairs.count} in several calls")
-    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(place):
-        operands = [jax.device_put(part, place) if place and is_jax_array(part) else part for part in pairs.operands]
-        done = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
+    with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(device_used):
+        operands = [
+            jax.device_put(part, device_used) if device_used and is_jax_array(part) else part for part in pairs.operands
+        ]
+        result = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
         if pairs.count <= length:
-            return _compiled(model)(done, *pairs.packed(operands), shape=pairs.shape)
-        done = _reshaped((-1,))(done)
+            return _compiled(model)(result, *pairs.packed(operands), shape=pairs.shape)
+        result = _reshaped((-1,))(result)
         for a, n in _parts(pairs, [], length):
-            done = _compiled_part(model, pairs.shape, n)(done, a, *pairs.packed(operands))
-        return _reshaped(pairs.shape)(done)
+            result = _compiled_part(model, pairs.shape, n)(result, a, *pairs.packed(operands))
+        return _reshaped(pairs.shape)(result)
 
 
 @functools.lru_cache(maxsize=256)
 def _compiled_part(model: Model, shape: tuple[int, ...], length: int) -> Callable[..., Array]:
-    """A function that computes `length` pairs of JAX arrays from a flat place on, and puts them there."""
+    """A function that computes `length` pairs of JAX arrays from a flat index on, and writes them into the result."""
     jax = _jax()
 
-    def part(done: Array, start: Array, wi: Parts, wo: Parts, values: dict[str, Array]) -> Array:
-        pairs = Pairs(wi, wo, values, shape, done.dtype)
-        at = start + jax.numpy.arange(length, dtype="int32")
+    def part(result: Array, start: Array, wi: Parts, wo: Parts, values: dict[str, Array]) -> Array:
+        pairs = Pairs(wi, wo, values, shape, result.dtype)
+        indices = start + jax.numpy.arange(length, dtype="int32")
 
         def piece(operand: Array, tail: tuple[int, ...]) -> Array:
-            own = operand.shape[: operand.ndim - len(tail)]
+            operand_shape = operand.shape[: operand.ndim - len(tail)]
             flat = operand.reshape(-1, *tail)
             if flat.shape[0] == 1:
                 return flat[0]
-            if flat.shape[0] == done.size:
+            if flat.shape[0] == result.size:
                 return jax.lax.dynamic_slice_in_dim(flat, start, length)
-            return flat[places(own, shape, at)]
+            return flat[places(operand_shape, shape, indices)]
 
         pieces = [piece(operand, tail) for operand, tail in zip(pairs.operands, pairs.tails, strict=True)]
-        found = _compiled(model)(done[:0], *pairs.packed(pieces), shape=(length,))
-        found = jax.lax.optimization_barrier(found)  # what it writes into a part of an array, XLA computes on one core
-        return jax.lax.dynamic_update_slice(done, found, (start,))
+        computed = _compiled(model)(result[:0], *pairs.packed(pieces), shape=(length,))
+        # Without the barrier XLA would compute on one core what it writes into a part of an array.
+        computed = jax.lax.optimization_barrier(computed)
+        return jax.lax.dynamic_update_slice(result, computed, (start,))
 
     return jax.jit(part, donate_argnums=0)
 
@@ -233,10 +239,13 @@ def _jax() -> Any:
 
 
 def _device(jax: Any, name: str) -> Any:
+    """JAX's first device of that name, None for JAX's own choice."""
     if not name:
         return None
     try:
         return jax.devices(name)[0]
     except RuntimeError as error:
-        seen = ", ".join(sorted({device.platform for device in jax.devices()}))
-        raise ValueError(f"JAX sees no device {name!r} here, only {seen}; a GPU needs JAX's wheel for it") from error
+        available = ", ".join(sorted({device.platform for device in jax.devices()}))
+        raise ValueError(
+            f"JAX sees no device {name!r} here, only {available}; a GPU needs JAX's wheel for it"
+        ) from error

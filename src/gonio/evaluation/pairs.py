@@ -11,19 +11,19 @@ from array_api_compat import is_jax_array
 from gonio.arrays import Array
 
 PRECISIONS = ("float32", "float64")
-LOOKED_AT = 256  # directions whose length is measured
+PROBES = 256  # directions whose length is checked
 
-Piece = Callable[[int, int], np.ndarray]
-Parts = tuple[Array, ...]
+Piece = Callable[[int, int], np.ndarray]  # from two flat indices, what an operand has between them
+Parts = tuple[Array, ...]  # directions as one array (..., 3), or as three of components
 Packed = tuple[Parts, Parts, dict[str, Array]]
-Look = Callable[[Parts], Parts]
+Probe = Callable[[Parts], Parts]
 
 
-def some(parts: Parts) -> Parts:
-    """Of directions, those at even spacings that are looked at."""
+def probed(parts: Parts) -> Parts:
+    """Of many directions, PROBES at even spacings."""
     shape = _shape(parts)
-    at = np.unique(np.linspace(0, math.prod(shape) - 1, LOOKED_AT).astype(np.int64))
-    return tuple(_elements(part, tail, shape, at) for part, tail in zip(parts, _tails(parts), strict=True))
+    indices = np.unique(np.linspace(0, math.prod(shape) - 1, PROBES).astype(np.int64))
+    return tuple(_elements(part, tail, shape, indices) for part, tail in zip(parts, _tails(parts), strict=True))
 
 
 @dataclass(frozen=True)
@@ -37,18 +37,21 @@ class Pairs:
     dtype: np.dtype
 
     @classmethod
-    def of(cls, wi: Array, wo: Array, values: Mapping[str, Array], precision: str = "", look: Look = some) -> "Pairs":
+    def of(
+        cls, wi: Array, wo: Array, values: Mapping[str, Array], precision: str = "", probe: Probe = probed
+    ) -> "Pairs":
         """As `gonio.evaluate` takes them; raises ValueError for shapes, lengths and precisions that it refuses.
 
-        `look` is `some`, or the same compiled.
+        `probe` is `probed`, or the same compiled.
         """
-        wi, wo = _direction("wi", wi, look), _direction("wo", wo, look)
-        given = {name: _array(value) for name, value in values.items()}
-        shape = np.broadcast_shapes(_shape(wi), _shape(wo), *(np.shape(value) for value in given.values()))
-        return cls(wi, wo, given, shape, _dtype(precision, (*wi, *wo)))
+        wi, wo = _direction("wi", wi, probe), _direction("wo", wo, probe)
+        arrays = {name: _array(value) for name, value in values.items()}
+        shape = np.broadcast_shapes(_shape(wi), _shape(wo), *(np.shape(value) for value in arrays.values()))
+        return cls(wi, wo, arrays, shape, _dtype(precision, (*wi, *wo)))
 
     @property
     def operands(self) -> tuple[Array, ...]:
+        """All arrays in one order: those of wi, of wo, and the values."""
         return (*self.wi, *self.wo, *self.values.values())
 
     @property
@@ -58,6 +61,7 @@ class Pairs:
 
     @property
     def count(self) -> int:
+        """How many pairs there are after broadcasting."""
         return math.prod(self.shape)
 
     def packed(self, operands: list[Array]) -> Packed:
@@ -66,9 +70,10 @@ class Pairs:
         return tuple(operands[:i]), tuple(operands[i:o]), dict(zip(self.values, operands[o:], strict=True))
 
     def pieces(self) -> list[Piece]:
-        """For each operand what reads a range of flat places: nothing else of it is touched.
+        """For each operand a function that reads a range of flat indices, and no other memory of it.
 
-        Places beyond the end get the last pair again. An operand that is the same for all pairs comes without places.
+        Indices beyond the end get the last pair again. An operand that is the same for all pairs has no dimension for
+        them.
         """
         return [self._piece(np.asarray(part), tail) for part, tail in zip(self.operands, self.tails, strict=True)]
 
@@ -93,47 +98,51 @@ def components(parts: tuple[Array, ...]) -> tuple[Array, Array, Array]:
     return x, y, z
 
 
-def places(own: tuple[int, ...], shape: tuple[int, ...], at: Array) -> Array:
-    """Flat places in an array of shape `own`, of flat places `at` in the `shape` to which it broadcasts."""
-    found, stride = 0 * at, 1
-    for size, length in zip(reversed(shape), reversed((1,) * (len(shape) - len(own)) + own), strict=True):
+def places(array_shape: tuple[int, ...], shape: tuple[int, ...], indices: Array) -> Array:
+    """Flat indices into an array of `array_shape`, for flat `indices` into the `shape` to which it broadcasts."""
+    flat, stride = 0 * indices, 1
+    padded = (1,) * (len(shape) - len(array_shape)) + array_shape
+    for size, length in zip(reversed(shape), reversed(padded), strict=True):
         if length > 1:
-            found, stride = found + at % size * stride, stride * length
-        at = at // size
-    return found
+            flat, stride = flat + indices % size * stride, stride * length
+        indices = indices // size
+    return flat
 
 
 def _filled(piece: np.ndarray, length: int) -> np.ndarray:
+    """The piece, its last element repeated up to `length`."""
     missing = length - len(piece)
     return np.concatenate([piece, np.repeat(piece[-1:], missing, axis=0)]) if missing else piece
 
 
-def _array(given: Array) -> Array:
-    return given if is_jax_array(given) else np.asarray(given)
+def _array(value: Array) -> Array:
+    return value if is_jax_array(value) else np.asarray(value)
 
 
-def _direction(name: str, given: Array, look: Look) -> Parts:
-    parts = tuple(map(_array, given if isinstance(given, tuple) else (given,)))
+def _direction(name: str, vectors: Array, probe: Probe) -> Parts:
+    """Directions as arrays; ValueError for a wrong shape, a vector that is no unit vector, or a traced array."""
+    parts = tuple(map(_array, vectors if isinstance(vectors, tuple) else (vectors,)))
     if len(parts) != 3 and not (len(parts) == 1 and np.shape(parts[0])[-1:] == (3,)):
         raise ValueError(f"{name} is an array (..., 3) of unit vectors, or a tuple of three arrays: x, y and z")
     if any("Tracer" in type(part).__name__ for part in parts):
         raise ValueError("JAX traces these directions: inside a traced function, call the model itself")
     if math.prod(_shape(parts)):
-        seen = components(tuple(np.asarray(part, dtype=np.float64) for part in look(parts)))
-        length = np.sqrt(sum(component**2 for component in seen))
+        xyz = components(tuple(np.asarray(part, dtype=np.float64) for part in probe(parts)))
+        length = np.sqrt(sum(component**2 for component in xyz))
         wrong = length[np.abs(length - 1) > 1e-3]  # a NaN is not wrong: the BRDF of a masked direction is NaN
         if wrong.size:
             raise ValueError(f"{name} has a vector of length {wrong[0]:.4g}: directions are unit vectors")
     return parts
 
 
-def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], at: np.ndarray) -> Array:
-    """The elements of an operand at flat places of the `shape` to which it broadcasts."""
-    own = np.shape(part)[: np.ndim(part) - len(tail)]
-    return part[np.unravel_index(places(own, shape, at), own)] if own else part[None]
+def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], indices: np.ndarray) -> Array:
+    """The elements of an operand at flat indices into the `shape` to which it broadcasts."""
+    part_shape = np.shape(part)[: np.ndim(part) - len(tail)]
+    return part[np.unravel_index(places(part_shape, shape, indices), part_shape)] if part_shape else part[None]
 
 
 def _tails(parts: tuple[Array, ...]) -> list[tuple[int, ...]]:
+    """The dimensions of each array that do not count directions."""
     return [(3,)] if len(parts) == 1 else [()] * 3
 
 
@@ -145,7 +154,7 @@ def _shape(parts: tuple[Array, ...]) -> tuple[int, ...]:
 def _dtype(precision: str, directions: tuple[Array, ...]) -> np.dtype:
     if precision and precision not in PRECISIONS:
         raise ValueError(f"precision is {' or '.join(PRECISIONS)}, not {precision!r}")
-    found = np.result_type(*(part.dtype for part in directions))
-    if not precision and found.kind == "f" and found.name not in PRECISIONS:
-        raise ValueError(f"directions of {found.name} need a precision: {' or '.join(PRECISIONS)}")
-    return np.dtype(precision or (found if found.kind == "f" else np.float64))
+    dtype = np.result_type(*(part.dtype for part in directions))
+    if not precision and dtype.kind == "f" and dtype.name not in PRECISIONS:
+        raise ValueError(f"directions of {dtype.name} need a precision: {' or '.join(PRECISIONS)}")
+    return np.dtype(precision or (dtype if dtype.kind == "f" else np.float64))

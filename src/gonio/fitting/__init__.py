@@ -1,4 +1,13 @@
-"""Finding the values that explain a scan: a Problem, a solver that is a value, and a Solution."""
+"""Finding the values of a model that explain a scan: a Problem and a solver give a Solution.
+
+    objective    what is minimised: a model, a scan and options become a Problem
+    search       solvers: variable projection, and the simulated annealing of guo2023
+    certainty    covariances, intervals, bootstrap, validation and outliers of a fit
+    many         fits of many scans at once, compiled by JAX
+    stack        fits of stacks on disk, block by block, on Dask
+
+A solver is an immutable value whose fields are its settings, and the same solver serves one scan and many.
+"""
 
 from gonio.fitting.fitting import fit
 from gonio.fitting.many.fit_many import fit_many

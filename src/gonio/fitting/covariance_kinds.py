@@ -1,4 +1,8 @@
-"""The kinds of covariance that a fit can be asked for, and how a value that is not determined is marked."""
+"""The kinds of covariance that a fit can be asked for, and how a value that is not determined is marked.
+
+`certainty.covariance` computes them and gives the equations. The names have a file of their own because fits of one
+scan, fits of many, the command line and the reader of solution files all need them.
+"""
 
 from collections.abc import Mapping
 
@@ -8,15 +12,18 @@ import numpy.typing as npt
 Values = npt.NDArray[np.float64]
 
 COVARIANCES: Mapping[str, str] = {
-    "robust": "from the scatter about the fit, however it depends on the signal (HC3)",
-    "scaled": "from the scatter about the fit, alike at every weighted point",
-    "absolute": "from the uncertainty that the scan states, taken at its word",
+    "robust": "from the residuals, however the noise depends on the signal (HC3)",
+    "scaled": "from the residuals, with the same variance at every weighted point",
+    "absolute": "from the standard uncertainty that the scan states",
 }
 DEFAULT, ABSOLUTE = "robust", "absolute"
 
 
 def infinite(covariance: Values, unknown: npt.NDArray[np.bool_]) -> Values:
-    """The covariance (n, n) with the values that are not determined marked: infinite variance, no correlation."""
+    """Mark the values that are not determined in a covariance (n, n), in place: infinite variance, no correlation.
+
+    unknown (n,): which values these are.
+    """
     covariance[unknown, :] = covariance[:, unknown] = 0.0
     covariance[unknown, unknown] = np.inf
     return covariance

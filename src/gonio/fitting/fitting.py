@@ -1,4 +1,19 @@
-"""Fitting: a problem and a solver in, a Solution out."""
+"""Fitting: a problem and a solver in, a Solution out.
+
+The objective is the relative weighted squared error of the model f against the measured BRDF m (guo2023, eq 11),
+
+    E = sum_k g_k (f_k - m_k)^2 / sum_k g_k m_k^2,    g = g1(theta_i) g2(theta_r),
+
+to which a problem with smooth parameters adds a penalty (`objective.smooth`). `fit` calls the parts in their order:
+
+    1. the strengths and scales of smooth parameters that the problem leaves open (`search.strength`),
+    2. the search for the least E by the solver, variable projection unless another is given (`search.projection`),
+    3. for a robust loss, the same with points weighted anew until the weights settle (`search.reweighting`),
+    4. the covariance and the systematic shift of the values at the minimum (`certainty.covariance`),
+    5. the status, and the Dataset of it all (`schema`).
+
+Nothing is searched or estimated in this file itself. Fits of many scans at once are in `many`.
+"""
 
 import time
 from dataclasses import replace
@@ -26,23 +41,25 @@ Mask = npt.NDArray[np.bool_]
 def fit(
     problem: Problem, solver: Solver | None = None, progress: Progress = silent, covariance: str = DEFAULT
 ) -> Solution:
-    """Search the values of least E (guo2023, eq 11) and say how sure they are.
+    """Find the values of least E (guo2023, eq 11) and their uncertainties.
 
-    solver: `Projection()` unless another is given. Strengths and scales of smooth parameters that the problem leaves
-    open are settled first (`search.strength`).
-    covariance: `robust` and `scaled` learn the noise from the scatter about the fit, `absolute` takes the uncertainty
-    that the scan states at its word (`certainty.covariance`).
-    A fit that goes wrong has a status that says so; it raises nothing and hides nothing. Its cost is E under any loss.
-    Raises ValueError for another covariance, or where the scan does not state what it needs.
+    solver: `Projection()` unless another is given. progress: called with the fraction of the search that is done.
+    covariance: `robust` and `scaled` estimate the noise from the residuals, `absolute` uses the standard uncertainty
+    that the scan states (`certainty.covariance`).
+    A search that does not end at a good minimum raises nothing: the status of the Solution says what is wrong. Its cost
+    is E of the data, without the penalty of smooth parameters and without the weights of a robust loss.
+    Raises ValueError for a covariance that does not exist, for `absolute` where the scan states no uncertainty, for
+    another one than `robust` under a robust loss, and where a smooth parameter has no scale (`search.strength`).
     """
     solver = solver or Projection()
-    estimator(problem, covariance)  # what it refuses is refused before the search
+    estimator(problem, covariance)  # made here only for what it refuses, before the search takes its time
     started = time.perf_counter()
     problem = resolved(problem)
     optimum = solver.search(problem, progress)
     settled = as_found(problem, optimum.vector, optimum.exhausted)
     if problem.loss != "squared":
         optimum, settled = reweighted(problem, solver, optimum)
+    # Of the settled problem, whose point weights are those of the loss: the minimum is one of squared errors with them.
     spread = covariance_of(settled.problem, optimum.vector, covariance, settled.slope)
     pinned = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
     parameters = Parameters.of(problem)
@@ -52,7 +69,7 @@ def fit(
         "held": ~parameters.free,
         "covariance": parameters.spread(spread, np.nan, axes=2),
         "systematic_shift": parameters.spread(systematic_shift(settled.problem, optimum.vector, pinned), np.nan),
-        "history": optimum.history if optimum.history.ndim == 2 else optimum.history[:, None],
+        "history": optimum.history if optimum.history.ndim == 2 else optimum.history[:, None],  # (steps, chains)
     }
     effective = effective_values(problem, optimum.vector)
     attributes = (
@@ -71,9 +88,10 @@ def fit(
 
 
 def _of_the_search(problem: Problem, optimum: Optimum, settled: Settled) -> dict[str, Any]:
-    """The attributes that say what became of the search."""
+    """The attributes that say how the search went."""
     weights = settled.problem.point_weights
     return {
+        # The solver's cost contains the penalty; that of a Solution is E of the data, to be compared between fits.
         "cost": optimum.cost - float(problem.cost(problem.penalty @ optimum.vector)),
         "evaluations": optimum.evaluations,
         "loss_scale": settled.scale,
@@ -85,7 +103,12 @@ def _of_the_search(problem: Problem, optimum: Optimum, settled: Settled) -> dict
 
 
 def _instrument_error(problem: Problem, vector: Values) -> float:
-    """Root of E of the change that a finer rule for the instrument's cones makes, over the root of E itself."""
+    """How much the numerical integration over the instrument's cones can matter to the fit.
+
+    With r the residual and r' the residual for at least twice as many rings of directions in each cone, it is
+    |r' - r|/|r|. A value near 1 means that the error of the integration is as large as the misfit: take a smaller step.
+    Zero without an instrument, and where the fit is perfect.
+    """
     if not problem.instrument:
         return 0.0
     residual = problem.residual(vector)
@@ -95,13 +118,22 @@ def _instrument_error(problem: Problem, vector: Values) -> float:
 
 
 def _at_bound(vector: Values, bound: Values) -> Mask:
-    """Which values are at a bound, to within rounding of the search's own coordinates."""
+    """Which values (n,) are at a bound (n,).
+
+    A relative tolerance, because a search works in coordinates from 0 to 1, and the way back to a parameter's own scale
+    rounds. A bound of zero is met exactly.
+    """
     near: Mask = np.isfinite(bound) & (np.abs(vector - bound) <= 1e-9 * np.maximum(np.abs(bound), 1e-300))
     return near
 
 
 def _status(problem: Problem, optimum: Optimum, effective: float, spread: Values, pinned: Mask) -> Status:
-    """How the search ended; the worst that applies."""
+    """How the search ended; where several statuses apply, the one that makes the values least trustworthy.
+
+    effective: the effective number of values, against which the points are counted. spread: the covariance (n, n).
+    """
+    # First, because without degrees of freedom `robust` and `scaled` are infinite as well: NOT_DETERMINED would name a
+    # consequence and not the cause.
     if len(problem.measured) <= effective:
         return Status.TOO_FEW_POINTS
     if optimum.exhausted:

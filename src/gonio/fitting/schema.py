@@ -1,7 +1,11 @@
 """What a Solution holds: its variables and attributes, declared once, and the one function that puts them together.
 
-All variables stand along `parameter`, which has one place for each value of the model, held ones too: `ks`, or `ks[30]`
-where `ks` has one value a group. A fit finds the free ones alone; `Parameters` knows where they belong.
+Most variables have the dimension `parameter`, with one place for each value of the model, held ones too: `ks`, or
+`ks[30]` where `ks` has one value for each group. A solver knows the free values alone, in a vector of weights and then
+shape. `Parameters` puts such vectors, and matrices over them, into their places among all values.
+
+The same declarations serve `fit`, `fit_many` and the reader of files (`stored`), so that what one writes the others
+accept. A new attribute is one more line in ATTRIBUTES; a file that lacks it is then refused.
 """
 
 import math
@@ -21,13 +25,16 @@ from gonio.measured.instrument import IDEAL
 
 Values = npt.NDArray[Any]
 
-SOLUTION = "gonio solution"  # what the file of a solution says that it holds
+SOLUTION = "gonio solution"  # the value of the attribute `content`, by which a file is known to hold a solution
 PARAMETER, PAIR = ("parameter",), ("parameter", "parameter_b")
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable: its dimensions, the kind of its dtype (f number, b truth, U text), and what it is."""
+    """One variable: its dimensions, the kind of its dtype (f number, b true or false, U text), and what it is.
+
+    optional: whether a solution may lack it.
+    """
 
     dims: tuple[str, ...]
     kind: str
@@ -36,48 +43,48 @@ class Variable:
 
 
 VARIABLES: Mapping[str, Variable] = {
-    "value": Variable(PARAMETER, "f", "the value, NaN where a lane had no point that says anything of it"),
-    "uncertainty": Variable(PARAMETER, "f", "standard; NaN for held values, infinite for undetermined ones"),
+    "value": Variable(PARAMETER, "f", "the value, NaN where a lane had no point that depends on it"),
+    "uncertainty": Variable(PARAMETER, "f", "standard; NaN for held values, infinite for values not determined"),
     "uncertainty_systematic": Variable(
-        PARAMETER, "f", "what the systematic part of the scan's own does to the value, NaN where the scan states none"
+        PARAMETER, "f", "size of the shift by the scan's systematic uncertainty, NaN where the scan states none"
     ),
     "systematic_shift": Variable(PARAMETER, "f", "the same with its sign, because all values shift together"),
     "at_bound": Variable(PARAMETER, "b", "whether the value is at its bound"),
     "held": Variable(PARAMETER, "b", "whether the value was given and not fitted"),
     "covariance": Variable(PAIR, "f", "of random errors; NaN for held values"),
-    "history": Variable(("step", "chain"), "f", "best E after each step, with what holds values smooth"),
+    "history": Variable(("step", "chain"), "f", "best E after each step, with the penalty of smooth parameters"),
     "bootstrap": Variable(("parameter", "draw"), "f", "values of fits to resampled scans", optional=True),
 }
 COORDINATES: Mapping[str, Variable] = {
     "parameter": Variable(PARAMETER, "U", "the name of the value, with its group in brackets"),
     "name": Variable(PARAMETER, "U", "the parameter of the model"),
-    "by": Variable(PARAMETER, "U", "the coordinates that tell its groups apart, with commas"),
+    "by": Variable(PARAMETER, "U", "the coordinates that group it, separated by commas; empty without groups"),
     "group": Variable(PARAMETER, "U", "the label of the value's group"),
     "unit": Variable(PARAMETER, "U", "the unit of the value"),
 }
 
-# Every attribute with its type and what it is where nothing is said; None for those that are always said.
+# Every attribute with its type and its default; None for those that have no default and must be given.
 ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
     "model": (str, None),
     "cite": (str, None),
     "solver": (str, None),
-    "settings": (str, ""),
+    "settings": (str, ""),  # repr of the solver
     "status": (str, None),
     "cost": (float, None),  # E, eq 11, of the data alone
-    "seconds": (float, math.nan),
-    "evaluations": (int, None),
+    "seconds": (float, math.nan),  # NaN for a lane from a store of results, which holds those of many calls
+    "evaluations": (int, None),  # of the model; for a lane of many, steps of its search
     "weighting": (str, None),
     "noise_floor": (float, 0.0),
     "loss": (str, "squared"),
     "loss_scale": (float, math.nan),  # scatter of the weighted residuals; NaN for squared errors
     "points": (int, None),
     "points_searched": (int, None),  # on which starts were searched: all, or a sample of very many
-    "points_discounted": (int, 0),  # which the loss lets count for less than half
-    "effective_values": (float, None),  # free values, or what smoothing leaves of them
-    "smooth": (str, ""),
+    "points_discounted": (int, 0),  # which count for less than half under the loss
+    "effective_values": (float, None),  # number of free values, or less where smoothing ties them together
+    "smooth": (str, ""),  # name=coordinate:strength:scale, separated by spaces
     "unit": (str, None),  # of the data
     "covariance": (str, None),  # its kind
-    "instrument_error": (float, 0.0),  # change by a finer rule for the cones, over what the fit leaves over
+    "instrument_error": (float, 0.0),  # change of the residual by a finer rule for the cones, over the residual
     "precision": (str, "float64"),
     "device": (str, ""),
     "data_history": (str, ""),
@@ -88,7 +95,11 @@ ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
 
 @dataclass(frozen=True)
 class Parameters:
-    """The values of a problem along `parameter`: which are free, what the others are held at, and their coordinates."""
+    """Where the free values of a problem belong among all n values along `parameter`.
+
+    coords: name, group and unit of every value, as COORDINATES declares them. free (n,): which values are free.
+    held (n,): what the others are held at, NaN for free ones.
+    """
 
     coords: Mapping[str, list[str]]
     free: npt.NDArray[np.bool_]
@@ -96,7 +107,7 @@ class Parameters:
 
     @classmethod
     def of(cls, problem: Problem) -> "Parameters":
-        """Those of a problem, in the order of its entries."""
+        """Those of a problem, in the order of its entries: weights first, then shape, as in a solver's vector."""
         rows = [(entry, label) for entry in problem.entries for label in entry.labels]
         coords = {
             "parameter": [name for entry in problem.entries for name in entry.names],
@@ -109,22 +120,29 @@ class Parameters:
         return cls(coords, np.array([entry.held is None for entry, _ in rows]), held)
 
     def values(self, free: Values) -> Values:
-        """All values (.., n), held ones included, of free ones (.., n_free)."""
-        whole = self.spread(free, np.nan)
-        whole[..., ~self.free] = self.held[~self.free]
-        return whole
+        """All values (.., n), held ones included, from the free ones (.., n_free)."""
+        values = self.spread(free, np.nan)
+        values[..., ~self.free] = self.held[~self.free]
+        return values
 
     def spread(self, free: Values, fill: Any, axes: int = 1) -> Values:
-        """What is known of the free values, for all: the last `axes` axes (n_free) become (n), `fill` elsewhere."""
+        """An array over the free values as one over all values: the last `axes` axes (n_free) become (n).
+
+        free: a vector (.., n_free), or with axes=2 a matrix (.., n_free, n_free) such as a covariance. `fill` is put in
+        the places of held values. The dtype stays that of `free`.
+        """
         places = np.flatnonzero(self.free)
-        whole = np.full((*free.shape[: free.ndim - axes], *(len(self.free),) * axes), fill, dtype=free.dtype)
-        index: Any = (Ellipsis, *np.ix_(*(places,) * axes))
-        whole[index] = free
-        return whole
+        spread = np.full((*free.shape[: free.ndim - axes], *(len(self.free),) * axes), fill, dtype=free.dtype)
+        index: Any = (Ellipsis, *np.ix_(*(places,) * axes))  # ix_: all pairs of rows and columns, not their diagonal
+        spread[index] = free
+        return spread
 
 
 def told_by(problem: Problem) -> dict[str, Any]:
-    """The attributes that follow from the problem alone."""
+    """The attributes that follow from the problem alone, the same for a fit of one scan and for each lane of many.
+
+    The problem itself is not stored: its bounds and its functions g1 and g2 are in no Solution.
+    """
     return {
         "model": problem.model.name,
         "cite": problem.model.cite,
@@ -140,7 +158,7 @@ def told_by(problem: Problem) -> dict[str, Any]:
 
 
 def versions(*packages: str) -> str:
-    """The versions of packages in one line."""
+    """The versions of packages in one line; PackageNotFoundError for one that is not installed."""
     return ", ".join(f"{name} {version(name)}" for name in packages)
 
 
@@ -149,20 +167,24 @@ def assembled(
     columns: Mapping[str, Values],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
-    """The Dataset of a Solution from what is known: every variable and attribute is there, and each of its type.
+    """The Dataset of a Solution with n values, complete: what is not given gets its default.
 
-    columns: value, at_bound, held (n,); covariance (n, n), from which the uncertainties follow, NaN where it is left
-    out; systematic_shift (n,), NaN where it is left out; history (steps, chains).
-    Raises KeyError for an attribute that is not declared, or is needed and left out.
+    coords: those of COORDINATES, as `Parameters.coords` has them.
+    columns: value, at_bound, held (n,); history (steps, chains); covariance (n, n) and systematic_shift (n,), which may
+    be absent and are NaN then. The uncertainties are made from these two: a standard uncertainty is the square root of
+    a variance, on the diagonal of the covariance.
+    attributes: by name; each is converted to its type in ATTRIBUTES.
+    Raises KeyError for a variable or an attribute that is not declared, and for an attribute that has no default and is
+    absent.
     """
-    given = dict(columns)
-    size = len(given["value"])
-    given.setdefault("covariance", np.full((size, size), np.nan))
-    shift = given.setdefault("systematic_shift", np.full(size, np.nan))
+    variables = dict(columns)
+    size = len(variables["value"])
+    variables.setdefault("covariance", np.full((size, size), np.nan))
+    shift = variables.setdefault("systematic_shift", np.full(size, np.nan))
     with np.errstate(invalid="ignore"):
-        given.setdefault("uncertainty", np.sqrt(np.diag(given["covariance"])))
-    given["uncertainty_systematic"] = np.abs(shift)
-    if unknown := given.keys() - VARIABLES.keys() | attributes.keys() - ATTRIBUTES.keys():
+        variables.setdefault("uncertainty", np.sqrt(np.diag(variables["covariance"])))
+    variables["uncertainty_systematic"] = np.abs(shift)
+    if unknown := variables.keys() - VARIABLES.keys() | attributes.keys() - ATTRIBUTES.keys():
         raise KeyError(f"a solution has no {', '.join(sorted(unknown))}")
     attrs: dict[str, Any] = {CONTENT: SOLUTION}
     for name, (kind, default) in ATTRIBUTES.items():
@@ -171,7 +193,7 @@ def assembled(
             raise KeyError(f"a solution needs the attribute {name}")
         attrs[name] = kind(value)
     return xr.Dataset(
-        {name: (VARIABLES[name].dims, given[name]) for name in VARIABLES if name in given},
+        {name: (VARIABLES[name].dims, variables[name]) for name in VARIABLES if name in variables},
         coords={name: (COORDINATES[name].dims, values) for name, values in coords.items()},
         attrs=attrs,
     )

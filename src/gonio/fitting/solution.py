@@ -1,4 +1,12 @@
-"""What a fit gives: a model with its values, how sure they are, and what became of the search."""
+"""The result of a fit: a model with its values, their uncertainties, and how the search went.
+
+A Solution is a Dataset with the declaration of its model beside it. The Dataset holds all numbers, and is what is
+saved; the methods here are views of it that people ask for, computed on demand. With weights w and terms t, the fitted
+BRDF is f = sum_k w_k t_k(shape) at the values of the Dataset, averaged over the cones of the instrument.
+
+Nothing here knows the scan that was fitted: what needs it, such as residuals and metrics, takes it as an argument or is
+in `comparison` and `certainty`.
+"""
 
 import functools
 import math
@@ -23,14 +31,15 @@ from gonio.model import Model
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
-TOGETHER = 2**16  # directions that are evaluated at once: more cost memory and no less time
+TOGETHER = 2**16  # directions that are evaluated at once: more take more memory and no less time
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A fitted model: its declaration, a Dataset over `parameter`, and the views of it that people ask for.
+    """A fitted model: its declaration, and a Dataset over `parameter` with the content that `fitting.schema` declares.
 
-    The Dataset's variables, coordinates and attributes are those of `fitting.schema`.
+    The dimension `parameter` has a place for each value of the model, held ones too. A parameter with one value for
+    each group of directions takes several places, named `ks[30]`, `ks[45]` by the labels of the groups.
     """
 
     dataset: xr.Dataset
@@ -43,7 +52,7 @@ class Solution:
 
     @property
     def cost(self) -> float:
-        """E (guo2023, eq 11) of the data alone."""
+        """E (guo2023, eq 11) of the data, without the penalty of smooth parameters."""
         return float(self.dataset.attrs["cost"])
 
     @property
@@ -53,28 +62,31 @@ class Solution:
 
     @property
     def smooth(self) -> dict[str, Smooth]:
-        """What was held smooth, by name, as a Problem takes it."""
+        """The smooth parameters by name, with the strengths and scales that the fit used, as a Problem takes them."""
         pairs = (text.partition("=") for text in self.dataset.attrs["smooth"].split())
         return {name: Smooth.parsed(how) for name, _, how in pairs}
 
     @property
     def instrument(self) -> Instrument:
-        """What source and detector took in, which comparisons with the scan need again."""
+        """The cones of source and detector that the fit used, which comparisons with the scan need again."""
         return Instrument(**{f.name: float(self.dataset.attrs[f"instrument_{f.name}"]) for f in fields(Instrument)})
 
     @property
     def effective_values(self) -> float:
-        """How many free values the fit had the use of: their number, or what smoothing leaves of it."""
+        """The effective number of free values: their number, or less where smoothing ties them together (hastie1990).
+
+        It need not be a whole number. Degrees of freedom are the points less this.
+        """
         return float(self.dataset.attrs["effective_values"])
 
     @functools.cached_property
     def values(self) -> dict[str, float]:
-        """Value by parameter, `ks[30]` for one of a group."""
+        """Value by parameter, with `ks[30]` for the value of a group."""
         return dict(zip(self.dataset["parameter"].values.tolist(), self.dataset["value"].values.tolist(), strict=True))
 
     @functools.cached_property
     def uncertainties(self) -> dict[str, float]:
-        """Standard uncertainty by parameter."""
+        """Standard uncertainty by parameter: NaN for held values, infinite for values that are not determined."""
         names = self.dataset["parameter"].values.tolist()
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
 
@@ -93,10 +105,12 @@ class Solution:
         return not bool(np.isnan(self.dataset["uncertainty_systematic"].values).all())
 
     def coverage_factor(self, level: float = 0.95) -> float:
-        """Half the width of an interval in standard uncertainties.
+        """The coverage factor k: half the width of a confidence interval in standard uncertainties.
 
-        Student's t with points less effective values degrees of freedom; the normal distribution for an absolute
-        covariance, which learns nothing from the scatter. Raises ValueError for a level that is not between 0 and 1.
+        k is the quantile at 0.5 + level/2 of Student's t with (points - effective values) degrees of freedom, because
+        the noise is estimated from the residuals. For an absolute covariance it is that of the normal distribution, as
+        the stated uncertainty is taken as exact. With less than one degree of freedom, one is assumed.
+        Raises ValueError for a level that is not between 0 and 1.
         """
         if not 0 < level < 1:
             raise ValueError(f"the level of an interval lies between 0 and 1, and is {level:g}")
@@ -105,7 +119,11 @@ class Solution:
         return float(stdtrit(max(self.dataset.attrs["points"] - self.effective_values, 1), 0.5 + level / 2))
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence interval of every free value, of random errors alone, by the kind of covariance of the fit."""
+        """Confidence interval (low, high) of every free value, symmetric about it, for random errors alone.
+
+        By the kind of covariance of the fit. Infinite for a value that is not determined; held values have no interval.
+        It takes the model as linear over its width and ignores bounds; `certainty.profile` does not.
+        """
         width, spreads = self.coverage_factor(level), self.uncertainties
         return {
             name: (value - width * spreads[name], value + width * spreads[name])
@@ -114,13 +132,17 @@ class Solution:
         }
 
     def as_fitted(self, problem: Problem) -> Problem:
-        """The problem that was fitted with what the fit settled: strengths and scales of what is smooth."""
+        """The problem that was fitted, with the strengths and scales of smooth parameters that the fit found.
+
+        With them its residual and penalty are those of the fit, and no strength is searched again.
+        """
         return replace(problem, smooth=self.smooth) if problem.smooth else problem
 
     def at(self, points: xr.Dataset) -> dict[str, float | Values]:
-        """The value of every parameter at each direction of a flat scan, groups looked up by their coordinates.
+        """Every parameter by name at the directions of a flat scan, as a Model takes them.
 
-        Raises ValueError where a direction belongs to no group of the fit.
+        A number for a parameter with one value; an array (points,) for a grouped one, with the value of each
+        direction's group. Raises ValueError where a direction belongs to no group of the fit.
         """
         values = self.dataset["value"].values
         return {
@@ -129,23 +151,29 @@ class Solution:
         }
 
     def places(self, points: xr.Dataset) -> dict[str, int | Places]:
-        """Where along `parameter` the value of every parameter stands, one or one for each direction, as `at` does."""
-        found: dict[str, int | Places] = {}
+        """Indices along `parameter` of the values that `at` gives: one for each parameter, or one for each direction.
+
+        Other vectors over `parameter`, such as values that are varied for a band of uncertainty, can so be looked up
+        without finding the groups again.
+        Raises ValueError where a direction belongs to no group of the fit.
+        """
+        places: dict[str, int | Places] = {}
         names = self.dataset["name"].values
         for name in dict.fromkeys(names.tolist()):
             rows = np.flatnonzero(names == name)
             by = str(self.dataset["by"].values[rows[0]])
             if not by:
-                found[name] = int(rows[0])
+                places[name] = int(rows[0])
                 continue
+            # By label, and not by value: labels have six digits, so 632.8 in a file and 632.80000001 are one group.
             table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
             labels, place = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
                 raise ValueError(
                     f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}"
                 )
-            found[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
-        return found
+            places[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
+        return places
 
     def predict(self, points: xr.Dataset) -> Values:
         """The fitted BRDF (points,) at the directions of a flat scan, as the instrument of the fit reads it.
@@ -154,21 +182,29 @@ class Solution:
         """
         parts = [points]
         if points.sizes["direction"] > TOGETHER:
-            some = range(0, points.sizes["direction"], TOGETHER)
-            parts = [points.isel(direction=slice(at, at + TOGETHER)) for at in some]
+            starts = range(0, points.sizes["direction"], TOGETHER)
+            parts = [points.isel(direction=slice(start, start + TOGETHER)) for start in starts]
+        # A generator: with an instrument an acceptance holds many directions for each point, and one is held at a time.
         acceptances = (Acceptance(self.instrument, geometry(part)) for part in parts)
         brdf = [a.brdf(self.model, self.at(part)) for a, part in zip(acceptances, parts, strict=True)]
         return np.concatenate([np.broadcast_to(f, p.sizes["direction"]) for f, p in zip(brdf, parts, strict=True)])
 
     def components(self, points: xr.Dataset) -> dict[str, Values]:
-        """Every weight times its term (points,), by weight, whose sum is what `predict` gives."""
+        """Every weight times its term (points,), by the name of the weight; their sum is what `predict` gives.
+
+        Raises ValueError where a direction belongs to no group of the fit.
+        """
         values = self.at(points)
         acceptance = Acceptance(self.instrument, geometry(points))
         basis = acceptance.basis(self.model, {n: value for n, value in values.items() if n in self.model.shape})
         return {weight: np.asarray(values[weight] * term, dtype=float) for weight, term in basis.items()}
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Values, uncertainties and units as plain data, grouped parameters under `by` and `values`."""
+        """Values, uncertainties and units as plain data, by parameter.
+
+        A grouped parameter has the names of its coordinates under `by` and a record for each group under `values`.
+        `uncertainty_systematic` is there if the scan stated it, and `held` for held parameters.
+        """
         out: dict[str, dict[str, Any]] = {}
         columns = ["value", "uncertainty"] + ["uncertainty_systematic"] * self.has_systematic
         for name, part in self._by_name():
@@ -187,21 +223,27 @@ class Solution:
         return out
 
     def _by_name(self) -> list[tuple[str, xr.Dataset]]:
+        """The part of the Dataset of each parameter, without the variables that have other dimensions too."""
         names = self.dataset["name"].values
         flat = self.dataset.drop_dims(["parameter_b", "step", "draw"], errors="ignore")
         return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the solution as NetCDF; FileExistsError where the file is there and `force` is False."""
+        """Write the solution as NetCDF in the classic format; FileExistsError where the file exists, without `force`.
+
+        Of the model its name is written, and no formula.
+        """
         from gonio.fitting.stored import save
 
         save(self.dataset, path, force)
 
     @classmethod
     def load(cls, path: str | Path, model: Model | None = None) -> "Solution":
-        """Read what `save` wrote; its model is the one of that name in the catalogue, unless it is given.
+        """Read what `save` wrote.
 
-        Raises FormatError, with the byte offset, for a file that is damaged or holds no solution.
+        model: the model that was fitted, for one that is not in the catalogue.
+        Raises FormatError, with the byte offset, for a file that is damaged, holds no solution, or holds one of another
+        model than that.
         """
         from gonio.fitting.stored import load
 

@@ -1,10 +1,17 @@
-"""How a search ended, in words and as the number that stands for it where there are many."""
+"""How a search ended: in words for one fit, and as a small integer for each lane of many.
+
+Solutions and files hold the words (`Status`). The Dataset of `fit_many` holds the integers, with their names in the
+attributes flag_values and flag_meanings, as the CF conventions have it.
+"""
 
 from enum import StrEnum
 
 
 class Status(StrEnum):
-    """How a search ended; the values are the messages."""
+    """How a search ended; each value is the message, whose part before the colon can stand alone.
+
+    The last three are for lanes of a stack. A scan of its own that cannot be fitted is refused with a ValueError.
+    """
 
     CONVERGED = "converged"
     AT_BOUND = "converged with a value at its bound: the data would have it beyond, or do not determine it"
@@ -16,10 +23,10 @@ class Status(StrEnum):
     NOT_WEIGHED = "not fitted: some values have no weight, as relative weighting gives none to what is not positive"
 
 
-STATUSES = tuple(Status)
-MINIMA = (Status.CONVERGED, Status.AT_BOUND, Status.NOT_DETERMINED)  # of which the values are those of a minimum
+STATUSES = tuple(Status)  # their order gives the integers that stand for them, which stores of results hold
+MINIMA = (Status.CONVERGED, Status.AT_BOUND, Status.NOT_DETERMINED)  # statuses of a search that reached a minimum
 
 
 def code(status: Status) -> int:
-    """The number that stands for a status where there are many."""
+    """The integer that stands for a status in the results of many lanes: its place in STATUSES."""
     return STATUSES.index(status)

@@ -1,4 +1,13 @@
-"""A Solution in a file: written as NetCDF's classic format, and checked against the schema when it is read."""
+"""A Solution in a file: written as NetCDF's classic format, and checked against the schema when it is read.
+
+The classic format is the one that SciPy writes, so that saving needs no further library. It has no type for true and
+false: these become 0 and 1. A file is NetCDF, so other programs can read it; `content` says that it is a solution.
+
+What is read may be damaged or made by anyone. `netcdf.read` guards against bytes that are no NetCDF. This file guards
+against content that no fit could have written, because the methods of a Solution rely on what `schema` promises: names
+that the model has, labels that belong to groups, known words, finite sizes. Everything is refused in one line that
+gives the byte offset of the variable at fault. Nothing is repaired or guessed.
+"""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -19,21 +28,27 @@ from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, RELATIVE
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
 
-NUMBERS = (*DIRECTIONS, "wavelength")  # coordinates of groups whose labels are numbers
-HEAD = 8  # bytes that tell what a file is
-LARGEST = 1e100  # a value or point count beyond is damage: no arithmetic of a model stands it
+NUMBERS = (*DIRECTIONS, "wavelength")  # coordinates whose groups have numbers as labels
+HEAD = 8  # bytes: the longest of the signatures by which a NetCDF file is known
+LARGEST = 1e100  # larger values or counts are damage, and overflow in the formulas of models
 
 
 def save(dataset: xr.Dataset, path: str | Path, force: bool = False) -> None:
-    """Write the Dataset of a solution; FileExistsError where the file is there and `force` is False."""
-    truths = [name for name, variable in VARIABLES.items() if variable.kind == "b"]
-    plain = dataset.assign({name: dataset[name].astype("int8") for name in truths})
+    """Write the Dataset of a solution; FileExistsError where the file exists and `force` is False.
+
+    The file appears whole or not at all: it is written under a temporary name and renamed.
+    """
+    booleans = [name for name, variable in VARIABLES.items() if variable.kind == "b"]
+    numeric = dataset.assign({name: dataset[name].astype("int8") for name in booleans})
     with replacing(path, force) as temporary:
-        plain.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        numeric.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")  # offsets of 64 bits: files beyond 2 GiB
 
 
 def is_solution(path: Path) -> bool:
-    """Whether a file says that it holds a solution; FormatError where it is NetCDF and damaged."""
+    """Whether a file is NetCDF with the attribute `content`, which solutions have and scans do not.
+
+    The content itself is not checked. Raises FormatError where the file is NetCDF and damaged.
+    """
     if not path.is_file():
         return False
     with path.open("rb") as file:
@@ -43,9 +58,11 @@ def is_solution(path: Path) -> bool:
 
 
 def load(path: str | Path, model: Model | None = None) -> tuple[xr.Dataset, Model]:
-    """The Dataset of a solution and its model: the one of that name in the catalogue, unless it is given.
+    """The Dataset of a solution, checked and with the types of the schema, and its model.
 
-    Raises FormatError, with the byte offset, for a file that is damaged or holds no solution.
+    model: the one that was fitted; without it the one of that name in the catalogue.
+    Raises FormatError for a path that is no file, and, with the byte offset, for a file that is damaged or holds no
+    solution, or the solution of another model.
     """
     path = Path(path)
     if not path.exists():
@@ -60,71 +77,88 @@ def load(path: str | Path, model: Model | None = None) -> tuple[xr.Dataset, Mode
 
 
 class _Stored:
-    """The content of a file that should hold a solution, and what is wrong with it."""
+    """The content of a file that should hold a solution, as it was read, with the checks of it.
+
+    places: the byte at which the values of each variable begin, empty for files that are not of the classic format.
+    """
 
     def __init__(self, path: Path, stored: xr.Dataset, places: Mapping[str, int]) -> None:
         self.path, self.stored, self.places = path, stored, dict(places)
 
-    def refuse(self, what: str, name: str = "") -> FormatError:
-        """The error to raise for what is wrong with a variable, or with the header."""
-        return FormatError(self.path, what, f"byte {self.places.get(name, 0)}")
+    def refuse(self, fault: str, name: str = "") -> FormatError:
+        """The error to raise for a fault of the variable `name`, or without one for a fault of the file's header."""
+        return FormatError(self.path, fault, f"byte {self.places.get(name, 0)}")
 
     def checked(self, model: Model | None) -> tuple[xr.Dataset, Model]:
-        """The Dataset with the types of the schema; FormatError for the first thing that is not as it must be."""
+        """The Dataset with the types of the schema, and the model; FormatError for the first fault.
+
+        First that everything is there and of its type, then what it says: each check relies on those before it.
+        """
         if str(self.stored.attrs.get(netcdf.CONTENT)) != SOLUTION:
             raise self.refuse("holds no solution of a fit: its attribute content does not say so")
         attrs = {netcdf.CONTENT: SOLUTION} | {name: self._attribute(name) for name in ATTRIBUTES}
         columns = {n: self._variable(n, v) for n, v in VARIABLES.items() if n in self.stored or not v.optional}
         coords = {name: self._variable(name, variable) for name, variable in COORDINATES.items()}
-        found = xr.Dataset(columns, coords=coords, attrs=attrs)
-        known = self._model(str(attrs["model"]), model)
+        dataset = xr.Dataset(columns, coords=coords, attrs=attrs)
+        fitted_model = self._model(str(attrs["model"]), model)
         self._refuse_strange_attributes(attrs)
-        self._refuse_strange_values(found, known)
-        return found, known
+        self._refuse_strange_values(dataset, fitted_model)
+        return dataset, fitted_model
 
     def _attribute(self, name: str) -> Any:
+        """An attribute in its type of the schema; FormatError where it is absent or of another type.
+
+        Also where it has a default: a solution that was saved has every attribute.
+        """
         kind, _ = ATTRIBUTES[name]
         if name not in self.stored.attrs:
             raise self.refuse(f"has no attribute {name}: fit again, and save the solution")
         value = self.stored.attrs[name]
         try:
-            if isinstance(value, str) is not (kind is str):
+            if isinstance(value, str) is not (kind is str):  # str() takes any number, and float() the text "1"
                 raise ValueError
             return kind(value)
-        except (ValueError, TypeError, OverflowError):
-            what = f"the attribute {name} is {clip(str(value))!r}, not {'text' if kind is str else 'a number'}"
-            raise self.refuse(what) from None
+        except (ValueError, TypeError, OverflowError):  # an array has no one number, and int() takes no NaN or infinity
+            fault = f"the attribute {name} is {clip(str(value))!r}, not {'text' if kind is str else 'a number'}"
+            raise self.refuse(fault) from None
 
     def _variable(self, name: str, declared: Variable) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
+        """A variable as a Dataset takes it: dimensions, values in the type of the schema, attributes."""
         if name not in self.stored.variables:
-            raise self.refuse(f"has no variable {name}: this is no whole solution")
+            raise self.refuse(f"has no variable {name}, which every solution has")
         variable = self.stored[name]
         if variable.dims != declared.dims:
-            raise self.refuse(f"{name} stands along {', '.join(map(str, variable.dims))}", name)
+            dims = ", ".join(map(str, variable.dims)) or "none"
+            raise self.refuse(f"{name} has the dimensions {dims}, not {', '.join(declared.dims)}", name)
         if declared.kind == "U":
             return declared.dims, netcdf.text(self.path, variable, self.places).values, {}
         values = variable.values
         if values.dtype.kind not in "fiu":
-            raise self.refuse(f"{name} is no array of numbers", name)
+            raise self.refuse(f"{name} is not an array of numbers", name)
         if declared.kind == "b" and not np.isin(values, (0, 1)).all():
-            raise self.refuse(f"{name} holds something else than 0 and 1", name)
+            raise self.refuse(f"{name} holds other values than 0 and 1", name)
         return declared.dims, values.astype(bool if declared.kind == "b" else float), dict(variable.attrs)
 
-    def _model(self, name: str, given: Model | None) -> Model:
-        if given is not None:
-            if given.name != name:
-                raise self.refuse(f"is a fit of {clip(name)!r}, not of {given.name}")
-            return given
+    def _model(self, name: str, model: Model | None) -> Model:
+        """The model that was fitted: `model` if that has the name, or without it the catalogue's of that name."""
+        if model is not None:
+            if model.name != name:
+                raise self.refuse(f"is a fit of {clip(name)!r}, not of {model.name}")
+            return model
         from gonio.models import catalogue
 
         if name not in catalogue:
             raise self.refuse(
-                f"is a fit of {clip(name)!r}, which the catalogue does not have: Solution.load(path, model) takes it"
+                f"is a fit of {clip(name)!r}, which is not in the catalogue: give it, as in Solution.load(path, model)"
             )
         return catalogue[name]
 
     def _refuse_strange_attributes(self, attrs: Mapping[str, Any]) -> None:
-        """FormatError for words that no fit writes, and for numbers that none has."""
+        """FormatError for words that no fit writes, and for numbers that no fit has.
+
+        The smooth parameters and the instrument are made here once, as `Solution.smooth` and `Solution.instrument` make
+        them later: their own checks then raise no bare ValueError far from the file.
+        """
         known: dict[str, list[str]] = {
             "status": list(Status),
             "covariance": ["", *COVARIANCES],
@@ -133,47 +167,54 @@ class _Stored:
         }
         for name, words in known.items():
             if attrs[name] not in words:
-                raise self.refuse(f"the attribute {name} is {clip(str(attrs[name]))!r}, none of {', '.join(words)}")
+                raise self.refuse(f"the attribute {name} is {clip(str(attrs[name]))!r}, not one of {', '.join(words)}")
+        # Written so that NaN is refused: every comparison with it is false.
         if not (0 <= attrs["points"] < LARGEST and 0 <= attrs["effective_values"] < LARGEST):
-            raise self.refuse("the number of points, or of values, is none")
+            raise self.refuse("the number of points or of values is not one that a fit can have")
         self._parsed("smooth", lambda: [Smooth.parsed(text.partition("=")[2]) for text in attrs["smooth"].split()])
         cones = {name.removeprefix("instrument_"): attrs[name] for name in attrs if name.startswith("instrument_")}
         cones.pop("error")
         self._parsed("instrument_step", lambda: Instrument(**cones))
 
     def _parsed(self, name: str, parse: Callable[[], Any]) -> None:
+        """FormatError that names an attribute where `parse` raises ValueError."""
         try:
             parse()
         except ValueError as error:
             raise self.refuse(f"the attribute {name} cannot be read ({clip(str(error), 100)})") from None
 
-    def _refuse_strange_values(self, found: xr.Dataset, model: Model) -> None:
-        """FormatError for names that the model does not have, groups without sense, and values that no fit gives."""
-        names, by, group = (found[n].values.tolist() for n in ("name", "by", "group"))
+    def _refuse_strange_values(self, dataset: xr.Dataset, model: Model) -> None:
+        """FormatError for names that the model does not have, impossible groups, and values that no fit gives."""
+        names, by, group = (dataset[n].values.tolist() for n in ("name", "by", "group"))
         if not set(names) == set(model.parameters):
             raise self.refuse(f"its parameters are not those of {model.name}", "name")
         full = [f"{name}[{label}]" if label else name for name, label in zip(names, group, strict=True)]
-        if full != found["parameter"].values.tolist() or len(set(full)) < len(full):
-            raise self.refuse("names, groups and parameters do not belong together", "parameter")
+        if full != dataset["parameter"].values.tolist() or len(set(full)) < len(full):
+            raise self.refuse("a parameter is not its name and group in brackets, or is there twice", "parameter")
         for name, coordinates, label in zip(names, by, group, strict=True):
             labels = label.split(",", coordinates.count(","))  # the last may hold commas of its own
             if len(labels) != len(coordinates.split(",")) or bool(label) is not bool(coordinates):
-                raise self.refuse(f"a group of {clip(name)} is {clip(label)!r} by {clip(coordinates)!r}", "group")
+                fault = f"the group {clip(label)!r} of {clip(name)} needs one label for each of {clip(coordinates)!r}"
+                raise self.refuse(fault, "group")
             if not all(
                 _is_number(part) for c, part in zip(coordinates.split(","), labels, strict=True) if c in NUMBERS
             ):
-                raise self.refuse(f"a group of {clip(name)} by {clip(coordinates)} is {clip(label)!r}", "group")
-        value = found["value"].values
+                fault = f"the group {clip(label)!r} of {clip(name)} by {clip(coordinates)} holds a text for a number"
+                raise self.refuse(fault, "group")
+        value = dataset["value"].values
+        # NaN is allowed: a lane without points for a group has no value there.
         if not (np.isnan(value) | (np.abs(value) < LARGEST)).all():
-            raise self.refuse("a value is beyond any that a fit gives", "value")
+            raise self.refuse("a value is larger than any that a fit gives", "value")
+        # Weights are not checked, as a problem may give them bounds below zero.
         for k, name in enumerate(names):
             if name in model.shape and model.shape[name].lower >= 0 and value[k] < 0:
                 raise self.refuse(f"{name} is {value[k]:g}, below zero", "value")
-        if (found["uncertainty"].values < 0).any():
+        if (dataset["uncertainty"].values < 0).any():
             raise self.refuse("an uncertainty is below zero", "uncertainty")
 
 
 def _is_number(text: str) -> bool:
+    """Whether a text is a finite number; float() also reads `nan` and `inf`, which are no angles."""
     try:
         return bool(np.isfinite(float(text)))
     except ValueError:

@@ -1,4 +1,8 @@
-"""Reading and writing scans: one file a format, found by content."""
+"""Reading and writing scans: one module or package for each file format, and a registry of them.
+
+A module declares its format as a `Format` at its end; `formats` imports all modules here and collects them.
+A file to read is recognised by its first bytes, never by its name. A file to write gets the format of its suffix.
+"""
 
 import functools
 import importlib
@@ -13,21 +17,21 @@ from gonio.measured.dataset import add_history
 from gonio.model import NearestNames
 
 HEAD = 4096  # bytes that a format may look at to recognise a file
-LAST = 100  # rank of the format that takes whatever no other does
+LAST = 100  # rank of the format that accepts any text which no other format recognises
 
 
 @functools.cache
 def formats() -> NearestNames[Format]:
-    """Every format by name, in the order in which they are asked."""
-    found = set()
+    """Every format by name, in the order in which `recognise` asks them."""
+    declared = set()
     for module in pkgutil.iter_modules(__path__):
         contents = vars(importlib.import_module(f"{__name__}.{module.name}"))
-        found |= {value for value in contents.values() if isinstance(value, Format)}
-    return NearestNames("format", {f.name: f for f in sorted(found, key=lambda f: (f.rank, f.name))})
+        declared |= {value for value in contents.values() if isinstance(value, Format)}
+    return NearestNames("format", {f.name: f for f in sorted(declared, key=lambda f: (f.rank, f.name))})
 
 
 def recognise(path: str | Path) -> Format:
-    """The format of a file, by its content; FormatError with the remedy where there is none."""
+    """The format of a file, from its content. Raises FormatError where the file is missing, empty or unknown."""
     path = Path(path)
     if not path.exists():
         raise FormatError(path, "there is no such file")
@@ -35,15 +39,15 @@ def recognise(path: str | Path) -> Format:
     if not head:
         raise FormatError(path, "is empty", "byte 0")
     for candidate in formats().values():
-        if candidate.rank >= LAST and (stranger := _stranger(head)):
-            raise FormatError(path, f"is {stranger}: gonio knows no BRDF in it", "byte 0")
+        if candidate.rank >= LAST and (other := _other_file(head)):
+            raise FormatError(path, f"is {other}: gonio knows no BRDF in it", "byte 0")
         if candidate.recognises(head):
             return candidate
     known = ", ".join(f.title for f in formats().values())
     raise FormatError(path, f"is none of the formats that gonio reads: {known}", "byte 0")
 
 
-STRANGERS = {
+OTHER_FILES = {
     b"PK\x03\x04": "a ZIP archive, or a workbook of Excel 2007 or later (.xlsx)",
     b"%PDF": "a PDF document",
     b"\x89PNG": "a PNG picture",
@@ -55,14 +59,14 @@ STRANGERS = {
 }
 
 
-def _stranger(head: bytes) -> str:
-    """What a file is that no format with a signature recognises, in words; empty for what may be a table."""
+def _other_file(head: bytes) -> str:
+    """A description of a known kind of file that holds no BRDF; empty for a file that may be a table of text."""
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return next((what for magic, what in STRANGERS.items() if start.startswith(magic)), "")
+    return next((description for magic, description in OTHER_FILES.items() if start.startswith(magic)), "")
 
 
 def _head(path: Path) -> bytes:
-    """The first bytes of a file, or the sorted names in a directory, one a line, each with a stroke in front."""
+    """The first bytes of a file; for a directory the sorted names in it, one a line, each after a slash."""
     if path.is_dir():
         names = sorted(entry.name for entry in path.iterdir())
         head = "".join(f"/{name}\n" for name in names).encode()[:HEAD]
@@ -76,34 +80,39 @@ def _head(path: Path) -> bytes:
 
 
 def read(path: str | Path) -> xr.Dataset:
-    """Read a scan in whatever format it is; FormatError names file, place and remedy."""
-    found = recognise(path)
-    scan = found.read(Path(path))
-    return add_history(scan, f"read from {Path(path).name} as {found.title}")
+    """Read a scan from a file of any known format. Raises FormatError with the file, the place in it and the remedy."""
+    recognised = recognise(path)
+    scan = recognised.read(Path(path))
+    return add_history(scan, f"read from {Path(path).name} as {recognised.title}")
 
 
 def writer(path: str | Path, to: str = "") -> Format:
-    """The format to write: the one named, or the one of the name's suffix; ValueError where that is none or several."""
+    """The format to write: the one named `to`, else the one of the path's suffix.
+
+    Raises ValueError where `to` names a format that is only read, and where no format or several have the suffix.
+    """
     writable = {f.name: f for f in formats().values() if f.write}
     if to:
         if formats()[to].write is None:
             raise ValueError(f"{to} is only read; gonio writes {', '.join(writable)}")
         return writable[to]
     path = Path(path)
-    meant = [f for f in writable.values() if f.suffix == path.suffix.lower()]
-    if len(meant) > 1:
-        raise ValueError(f"{path}: several formats are called {path.suffix}: say {' or '.join(f.name for f in meant)}")
-    if not meant:
+    candidates = [f for f in writable.values() if f.suffix == path.suffix.lower()]
+    if len(candidates) > 1:
+        raise ValueError(
+            f"{path}: several formats are called {path.suffix}: say {' or '.join(f.name for f in candidates)}"
+        )
+    if not candidates:
         known = ", ".join(dict.fromkeys(f.suffix for f in writable.values()))
         raise ValueError(f"{path}: no format is written to {path.suffix or 'a name without suffix'}; use {known}")
-    return meant[0]
+    return candidates[0]
 
 
 def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "") -> Format:
-    """Write a scan in the format of the name's suffix, or the format named `to`; nothing is written over but by force.
+    """Write a scan in the format of the path's suffix, or the format named `to`; returns that format.
 
-    Raises ValueError for a suffix that no format or several write, and for a scan that the format cannot hold as it is;
-    `gonio.convert` says what must change and changes it.
+    Raises FileExistsError where the file exists, unless `force` is set. Raises ValueError as `writer` does, and for a
+    scan that the format cannot hold as it is; `gonio.convert` makes a scan that it can hold.
     """
     path = Path(path)
     chosen = writer(path, to)

@@ -1,4 +1,4 @@
-"""ASTM columns as the Cornell reflectance data have them (after ASTM E1392): keywords, then one direction a row.
+"""ASTM columns, the form of the Cornell reflectance data (after ASTM E1392): keywords, then one direction per row.
 
     MATERIAL blue paint
     NUM_POINTS 2
@@ -6,9 +6,12 @@
     0.5236,0,0.5236,3.1416,0.11,0.12,0.31
     ..
 
-Angles are in radians. Both directions point away from the surface and count their azimuths from the same axis, so light
-goes forward where phi_s - phi_i is pi: what the public readers ALTA and libbsdf take them for. Columns named like 650nm
-are wavelengths; others are channels, of which Integrated alone has no name. phi_i may be missing.
+Angles are in radians. Both directions point away from the surface and their azimuths are from the same axis, so that
+the forward direction is at phi_s - phi_i = pi. Columns named like 650nm are wavelengths; others are channels, and a
+single column Integrated is a BRDF without a channel. phi_i may be missing.
+
+No public text of this grammar is known; ASTM E2387 is the practice of the measurement. gonio follows the two public
+readers, libbsdf (AstmReader.cpp) and ALTA (astm.cpp).
 """
 
 import re
@@ -27,18 +30,18 @@ from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, un
 Values = npt.NDArray[np.float64]
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
-WHOLE = "Integrated"  # the column of a scan without wavelength or channel
-DECIMALS = 12  # of a degree: what is written is read again as it was, in spite of radians
-ROUNDED = 90.01  # deg; the quarter circle in radians of four digits lies a little beyond 90
-_LARGEST = 12.6  # rad, two turns; more is degrees, or damage
+INTEGRATED = "Integrated"  # the column of a scan without wavelength or channel
+DECIMALS = 12  # of a degree: angles survive being written in radians and read again
+ROUNDED = 90.01  # deg; pi/2 printed to four digits is a little more than 90 deg
+_LARGEST = 12.6  # rad, two turns; a larger number is in degrees, or the file is damaged
 _WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*nm", re.IGNORECASE)
 
 
 def _recognises(head: bytes) -> bool:
     text = re.sub(rb"\r\n?", b"\n", head.removeprefix(b"\xef\xbb\xbf"))
-    found = re.search(rb"(?m)^[ \t]*VARS[ \t]+\[?[ \t]*([^\n]*)", text)
-    if found:
-        names = {name.strip() for name in found[1].split(b",")}
+    vars_line = re.search(rb"(?m)^[ \t]*VARS[ \t]+\[?[ \t]*([^\n]*)", text)
+    if vars_line:
+        names = {name.strip() for name in vars_line[1].split(b",")}
         return {b"theta_i", b"theta_s"} <= names
     return bool(re.match(rb"(?:[A-Z][A-Z0-9_]*[ \t][^\n]*\n\s*)*NUM_POINTS[ \t]+\d+[ \t]*\n", text))
 
@@ -65,7 +68,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int | None, list[str], int]:
-    """The lines before the rows: what to remember, the number of rows, the columns, and the line that names them."""
+    """The lines before the rows: the remarks, the number of rows, the names of the columns and the line of these."""
     notes: list[str] = []
     count = None
     at = 1
@@ -112,8 +115,8 @@ def _check_angles(path: Path, by_name: dict[str, Values], angles: list[str], row
         bad = np.flatnonzero((by_name[name] < low) | (by_name[name] > high))
         if len(bad):
             expected = "0 to pi/2" if theta else f"-{_LARGEST:g} to {_LARGEST:g}"
-            what = f"{name} is {by_name[name][bad[0]]:g} rad, outside {expected}"
-            raise FormatError(path, what, f"line {rows[bad[0]]}")
+            message = f"{name} is {by_name[name][bad[0]]:g} rad, outside {expected}"
+            raise FormatError(path, message, f"line {rows[bad[0]]}")
 
 
 def _scan(by_name: dict[str, Values], columns: list[str], values: Values, notes: list[str]) -> xr.Dataset:
@@ -139,11 +142,11 @@ def _scan(by_name: dict[str, Values], columns: list[str], values: Values, notes:
 
 
 def _sets(columns: list[str]) -> dict[str, npt.NDArray]:
-    """The coordinate that tells the columns apart: wavelength [nm], channel, or none."""
-    found = [_WAVELENGTH.fullmatch(c) for c in columns]
-    if all(found) and all(0 < float(m[1]) < 1e9 for m in found if m):
-        return {"wavelength": np.array([float(m[1]) for m in found if m])}
-    if len(columns) == 1 and columns[0].lower().startswith(WHOLE.lower()):
+    """The coordinate that distinguishes the columns of values: wavelength [nm], channel, or none."""
+    matches = [_WAVELENGTH.fullmatch(c) for c in columns]
+    if all(matches) and all(0 < float(m[1]) < 1e9 for m in matches if m):
+        return {"wavelength": np.array([float(m[1]) for m in matches if m])}
+    if len(columns) == 1 and columns[0].lower().startswith(INTEGRATED.lower()):
         return {}
     return {"channel": np.array(columns)}
 
@@ -157,7 +160,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
             "the scan has gaps, and an ASTM file can hold none: leave them out or let gonio.convert fill them"
         )
     if "mode" in flat.coords and np.any(flat["mode"].values != "reflection"):
-        raise ValueError("an ASTM file holds light that was reflected, not transmission")
+        raise ValueError("an ASTM file holds reflection, not transmission")
     columns, parts = _columns(flat)
     rows, values = _aligned(parts)
     angles = {n: rows[n].values if n in rows.coords else np.zeros(rows.sizes["direction"]) for n in ("phi_i", "phi")}
@@ -172,23 +175,23 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 def _columns(flat: xr.Dataset) -> tuple[list[str], list[xr.Dataset]]:
     """The names of the columns of values, and the rows of each."""
-    told = [n for n in ("wavelength", "channel") if n in flat.coords]
-    if len(told) > 1:
+    dimensions = [n for n in ("wavelength", "channel") if n in flat.coords]
+    if len(dimensions) > 1:
         raise ValueError("an ASTM file has wavelengths or channels, not both: select one channel")
-    if not told:
-        return [WHOLE], [flat]
-    each = np.broadcast_to(flat[told[0]].values, flat.sizes["direction"])
-    keys = list(dict.fromkeys(each.tolist()))
-    names = [f"{k!r}nm" for k in keys] if told == ["wavelength"] else [str(k) for k in keys]
+    if not dimensions:
+        return [INTEGRATED], [flat]
+    labels = np.broadcast_to(flat[dimensions[0]].values, flat.sizes["direction"])
+    keys = list(dict.fromkeys(labels.tolist()))
+    names = [f"{k!r}nm" for k in keys] if dimensions == ["wavelength"] else [str(k) for k in keys]
     if bad := [n for n in names if not n.strip() or n != n.strip() or re.search(r"[,\[\]\r\n]", n) or n in ANGLES]:
         raise ValueError(f"{bad[0]!r} is no name that a column of an ASTM file can have: rename the channel")
-    if told == ["channel"] and "wavelength" in _sets(names):
+    if dimensions == ["channel"] and "wavelength" in _sets(names):
         raise ValueError(f"channels named {', '.join(names)} would be read as wavelengths: rename them")
-    return names, [flat.isel(direction=np.flatnonzero(each == k)) for k in keys]
+    return names, [flat.isel(direction=np.flatnonzero(labels == k)) for k in keys]
 
 
 def _aligned(parts: list[xr.Dataset]) -> tuple[xr.Dataset, list[Values]]:
-    """The directions of the first part, and the values of every part at these; ValueError where others differ."""
+    """The first part, and the values of every part at its directions. Raises ValueError where a part has others."""
     first, *others = parts
     order = _places(first)
     values = [first["brdf"].values]

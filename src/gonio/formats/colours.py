@@ -1,4 +1,4 @@
-"""What formats share that store a table for each of three colours."""
+"""The three colour planes R, G and B of the binary tables of MERL and UTIA."""
 
 from collections.abc import Sequence
 
@@ -10,9 +10,9 @@ COLOURS = ("R", "G", "B")
 
 
 def planes(brdf: xr.DataArray, axes: Sequence[str], title: str) -> list[npt.NDArray[np.float64]]:
-    """The values of R, G and B on the axes of a table; where there is one set only, that for each of the three.
+    """The values of R, G and B, each with the axes in this order. A scan without channels gives its values three times.
 
-    Raises ValueError for other channels and for several sets of another kind.
+    Raises ValueError for channels other than R, G and B, and for several sets along another coordinate.
     """
     brdf = brdf.isel({d: 0 for d in brdf.dims if d not in axes and brdf.sizes[d] == 1})
     parts = [brdf] * len(COLOURS)

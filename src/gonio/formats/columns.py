@@ -4,8 +4,10 @@
     # polar_in azimuth_in polar_out azimuth_out brdf
     5.00  -180.00  -30.00  0.00  1.8e-02
 
-Columns are parted by white space or commas, `#` starts a comment. A negative polar angle lies on the other side of the
-normal. Comments may name the wavelength; `nan` is a missing value. The azimuth in is kept as phi_i where it changes.
+Columns are separated by white space or commas, `#` starts a comment. A negative polar angle is on the other side of
+the normal. Comments may give the wavelength; `nan` is a missing value. The azimuth in becomes phi_i where it varies.
+
+It is the form of the program lumos (package lumos-sat, lumos/brdf/tools.py).
 """
 
 import re
@@ -23,7 +25,7 @@ from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import ABSOLUTE, add_history, flatten, make_scan, sets, unit
 
 COLUMNS = ("polar_in", "azimuth_in", "polar_out", "azimuth_out", "brdf")
-MOST = (90.0, 1e6, 90.0, 1e6)  # deg; an azimuth further round has lost its digits
+MOST = (90.0, 1e6, 90.0, 1e6)  # deg; a larger azimuth has lost its digits to rounding
 _HEADING = " ".join(COLUMNS)
 _HISTORY = "history: "
 _WAVELENGTH = re.compile(
@@ -32,7 +34,7 @@ _WAVELENGTH = re.compile(
 
 
 def _recognises(head: bytes) -> bool:
-    """Whether the first line that is no comment has five numbers."""
+    """Whether the first line that is not a comment has five numbers."""
     for line in head.removeprefix(b"\xef\xbb\xbf").replace(b"\r", b"\n").split(b"\n"):
         words = line.partition(b"#")[0].replace(b",", b" ").split()
         if words:
@@ -75,7 +77,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _rows(path: Path, comments: list[str]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """The line and the five numbers of each row; comments are put into the list."""
+    """The line and the five numbers of each row; the text of comments is appended to `comments`."""
     rows = Rows(path, COLUMNS, gaps=("brdf",))
     for line, text in lines(path):
         if "#" in text:
@@ -89,26 +91,28 @@ def _rows(path: Path, comments: list[str]) -> tuple[npt.NDArray[np.int64], npt.N
     where, table = rows.table()
     if (beyond := np.abs(table[:, :4]) > MOST).any():
         row, column = np.unravel_index(int(beyond.argmax()), beyond.shape)
-        what = f"{COLUMNS[column]} is {table[row, column]:g} deg, outside {-MOST[column]:g} to {MOST[column]:g}"
-        raise FormatError(path, what, f"line {where[row]}")
+        message = f"{COLUMNS[column]} is {table[row, column]:g} deg, outside {-MOST[column]:g} to {MOST[column]:g}"
+        raise FormatError(path, message, f"line {where[row]}")
     return where, table
 
 
 def _wavelength(comments: list[str]) -> tuple[float | None, str]:
-    """The wavelength [nm] that the comments name, where they name one, and what was done in words."""
-    found = {float(size) * (1.0 if unit.lower() == "nm" else 1000.0) for size, unit in _named(comments)}
-    if len(found) > 1:
-        return None, f"took no wavelength from the comments, which name {len(found)}"
-    value = found.pop() if found else 0.0
+    """The wavelength [nm] where the comments give exactly one, else None; and a line for the history."""
+    wavelengths = {
+        float(size) * (1.0 if unit.lower() == "nm" else 1000.0) for size, unit in _wavelength_matches(comments)
+    }
+    if len(wavelengths) > 1:
+        return None, f"took no wavelength from the comments, which name {len(wavelengths)}"
+    value = wavelengths.pop() if wavelengths else 0.0
     return (value, f"took the wavelength {value:g} nm from the comments") if value > 0 else (None, "")
 
 
-def _named(comments: list[str]) -> list[tuple[str, str]]:
+def _wavelength_matches(comments: list[str]) -> list[tuple[str, str]]:
     return [pair for c in comments if not c.startswith(_HISTORY) for pair in _WAVELENGTH.findall(c)]
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """Raises ValueError for relative data, and for several sets in one scan."""
+    """Write the scan. Raises ValueError for relative data and for several sets in one scan."""
     if unit(scan) != ABSOLUTE:
         raise ValueError("five columns do not say that values are relative: calibrate the scan first")
     flat = flatten(scan)
@@ -131,10 +135,11 @@ def _comments(flat: xr.Dataset) -> list[str]:
 
 
 def _columns(flat: xr.Dataset) -> list[Any]:
-    """The five columns such that reading them gives each angle back.
+    """The five columns, from which `_read` gives each angle back.
 
-    In plane as is usual, from azimuth 180 to azimuth 0 with the polar angle out signed; else from azimuth 0 to phi, or
-    from phi_i to phi_i + phi where the surface was turned, which may round phi at its last digit.
+    A scan in the plane of incidence has azimuth 180 in and azimuth 0 out with a signed polar angle, as is usual.
+    Another scan has azimuth 0 in and phi out; where the surface was turned, phi_i in and phi_i + phi out, which may
+    round phi in its last digit.
     """
     theta_i, theta_r, phi, brdf = (flat[n].values.astype(float) for n in ("theta_i", "theta_r", "phi", "brdf"))
     if "phi_i" in flat.coords and np.unique(flat["phi_i"].values).size > 1:
@@ -142,7 +147,7 @@ def _columns(flat: xr.Dataset) -> list[Any]:
         return [theta_i, azimuth_in, theta_r, azimuth_in + phi, brdf]
     back, forward = phi % 360.0 == 0, phi == 180.0
     if (back | forward).all():
-        retro = back & (theta_r == 0)  # a zero has no side: the azimuth says it
+        retro = back & (theta_r == 0)  # -0.0 cannot mark the backward side of the normal direction, so its azimuth does
         signed = np.where(back & ~retro, -theta_r, theta_r)
         return [theta_i, np.full(len(phi), 180.0), signed, np.where(retro, 180.0, 0.0), brdf]
     return [theta_i, np.zeros(len(phi)), theta_r, phi, brdf]

@@ -1,4 +1,4 @@
-"""What a file format is to gonio."""
+"""The declaration of a file format: how it is recognised, read and written, and what it can store."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,12 +11,14 @@ import xarray as xr
 
 @dataclass(frozen=True)
 class Holds:
-    """What a file of one format can say; what a scan has beyond that is left out with a word, or refused.
+    """What a file of one format can store. `gonio.convert` leaves out the rest of a scan and reports it, or refuses.
 
-    `sets`: the coordinates (of dataset.SETS) by which it tells several sets of directions apart; one set of any kind
-    always fits. `variables`: the variables beside brdf that it keeps, `*` for all. `gaps`: whether a value may be
-    missing. `quantity`: what it holds where that is no BRDF, as the scan's attribute of that name says.
-    `relative`: whether it says that data are relative; one that cannot is never given relative data.
+    `azimuths`: directions out of the plane of incidence. `anisotropic`: surfaces turned about their normal (phi_i).
+    `transmission`: light that goes through. `relative`: a mark for relative data; a format without it is never given
+    relative data. `gaps`: missing values. `negative`: values below zero.
+    `sets`: the coordinates (of dataset.SETS) along which a file can hold several sets of directions; one set of any
+    kind always fits. `variables`: the variables beside brdf that are kept, `*` for all. `quantity`: the attribute
+    `quantity` that a scan must have, for formats that store something other than a BRDF.
     """
 
     azimuths: bool = True
@@ -32,14 +34,17 @@ class Holds:
 
 @dataclass(frozen=True)
 class Format:
-    """One file format, declared at the end of the file that reads it.
+    """One file format, declared at the end of the module that reads it.
 
-    `recognises` sees the first bytes of a file (for a directory, the names in it, one a line), never its name. Formats
-    are asked in the order of `rank`, so that a format without a signature of its own comes last.
-    `write(scan, path)` may be None: a format that is only read. `layout(scan)` gives the directions that the format
-    stores for a scan, as a Dataset of coordinates on the format's own dimensions; `write` then gets a scan on exactly
-    these, NaN only where `holds.gaps` or below the horizon. Without a layout a format stores the scan's own directions
-    and `write` gets any scan that `holds` allows.
+    `name` is what `--to` and `gonio formats` call it, `title` what a message calls it, `suffix` the usual suffix.
+    `recognises(head)` gets the first bytes of a file (for a directory, the names in it, one a line), never its name.
+    Formats are asked in ascending order of `rank`: those without a signature have a high rank and are asked last.
+    `read(path)` returns the scan; it raises FormatError with the place in the file.
+    `write(scan, path)` is None for a format that is only read; it raises ValueError for a scan that does not fit.
+    `layout(scan)` returns the directions that the format stores for a scan, as a Dataset of coordinates on the format's
+    own dimensions; `write` then gets a scan on exactly these, NaN only where `holds.gaps` or below the horizon. Without
+    a layout a format stores the scan's own directions, and `write` gets any scan that `holds` allows.
+    `evaluate(scan, theta_i, theta_r, phi, phi_i)` is the format's own interpolation [deg], where it defines one.
     """
 
     name: str

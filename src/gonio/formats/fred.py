@@ -1,4 +1,4 @@
-"""FRED's tabulated BSDF (fredtabulated): sections of rows, each under the specular direction of its incident light.
+"""The tabulated BSDF of the program FRED (fredtabulated): a section of rows for each specular direction.
 
     type bsdf_data
     format angles=deg bsdf=value scale=1
@@ -7,9 +7,13 @@
     5 170 0.0342
 
 A row of two numbers is the polar angle and azimuth of the specular direction and opens a section; a row of three is a
-scattered direction and its value. Azimuths are compared with that of the specular direction: 0 is forward. A negative
-polar angle is the other side of the plane. `angles=sin` has the direction cosines x and y in place of the two angles,
-`bsdf=log` the decimal logarithm; the value is then multiplied by `scale`. Surfaces are isotropic and values positive.
+scattered direction and its value. Azimuths are relative to that of the specular direction: 0 is forward. A negative
+polar angle is on the other side of the normal. `angles=sin` has the direction cosines x and y in place of the two
+angles, `bsdf=log` the decimal logarithm; the value is then multiplied by `scale`. Surfaces are isotropic and values
+positive.
+
+The layout is documented in FRED's help (Photon Engineering, Tabulated BSDF; a PDF of it is in ua-loft/bsdf-tools,
+krell2026). No open reader is known.
 """
 
 import re
@@ -29,7 +33,7 @@ Array = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.int64]
 OPTIONS = {"angles": ("deg", "sin"), "bsdf": ("value", "log"), "scale": ()}
 EXAMPLE = "format angles=deg bsdf=value scale=1"
-DECIMALS = 10  # of an azimuth [deg]: differences of printed ones are no longer exact
+DECIMALS = 10  # of an azimuth [deg]: rounds away the errors of differences of printed azimuths
 _SIGNATURE = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*type[ \t]+bsdf_data\s", re.IGNORECASE)
 
 
@@ -58,10 +62,10 @@ def _read(path: Path) -> xr.Dataset:
         phi_i=_from_forward(phi_spec) if len(np.unique(phi_spec)) > 1 else None,
         variables={"line": (places, "1")},
     )
-    return _told(scan.assign_attrs(symmetry="isotropic"), options, scale)
+    return _with_history(scan.assign_attrs(symmetry="isotropic"), options, scale)
 
 
-def _told(scan: xr.Dataset, options: dict[str, str], scale: float) -> xr.Dataset:
+def _with_history(scan: xr.Dataset, options: dict[str, str], scale: float) -> xr.Dataset:
     if options["angles"] == "sin":
         scan = add_history(scan, "angles from the direction cosines x and y")
     if options["bsdf"] == "log":
@@ -74,7 +78,7 @@ def _told(scan: xr.Dataset, options: dict[str, str], scale: float) -> xr.Dataset
 
 
 def _options(path: Path, line: int, words: list[str]) -> tuple[dict[str, str], float]:
-    """What angles and values are, and the scale, from the second line."""
+    """The options `angles` and `bsdf`, and the scale, from the second line."""
     where = f"line {line}"
     if not words or words[0].lower() != "format":
         raise FormatError(path, f"{clip(' '.join(words))!r} where a line like {EXAMPLE!r} was expected", where)
@@ -94,7 +98,7 @@ def _options(path: Path, line: int, words: list[str]) -> tuple[dict[str, str], f
 
 
 def _table(path: Path, rows: Iterator[tuple[int, list[str]]]) -> tuple[Array, Lines, Array, Lines]:
-    """The specular direction (n, 2) of every value and its line, the row (n, 3) and its line."""
+    """For every value: its specular direction (n, 2) and the line of that, its row (n, 3) and the line of that."""
     specular: list[list[float]] = []
     sections: list[int] = []
     table: list[list[float]] = []
@@ -113,8 +117,8 @@ def _table(path: Path, rows: Iterator[tuple[int, list[str]]]) -> tuple[Array, Li
         elif len(numbers) == 3:
             raise FormatError(path, "a value before any specular direction", f"line {line}")
         else:
-            what = f"{len(numbers)} numbers where a row has 2 (specular direction) or 3 (direction, value)"
-            raise FormatError(path, what, f"line {line}")
+            message = f"{len(numbers)} numbers where a row has 2 (specular direction) or 3 (direction, value)"
+            raise FormatError(path, message, f"line {line}")
     if not table:
         raise FormatError(path, "holds no values", f"line {line}")
     return np.array(specular), np.array(sections), np.array(table), np.array(places)
@@ -125,33 +129,33 @@ def _numbers(path: Path, line: int, words: list[str]) -> list[float]:
         numbers = list(map(float, words))
     except ValueError:
         numbers = []
-    # A sum of finite numbers may overflow, and then each of them is looked at too.
+    # The sum is a quick test. Where it overflows for finite numbers, each word is read on its own and accepted.
     if not numbers or not abs(sum(numbers)) < np.inf or any("_" in word for word in words):
         return [number(path, line, word, "a number of the row") for word in words]
     return numbers
 
 
-def _angles(path: Path, kind: str, pairs: Array, places: Lines, what: str) -> tuple[Array, Array]:
-    """Polar angle from 0 to 90 and azimuth [deg] of pairs (n, 2)."""
+def _angles(path: Path, kind: str, pairs: Array, places: Lines, role: str) -> tuple[Array, Array]:
+    """Polar angles, 0 to 90, and azimuths [deg] of pairs (n, 2); `role` names the direction in a message."""
     if kind == "sin":
         sine = np.hypot(pairs[:, 0], pairs[:, 1])
-        _refuse(path, places, sine > 1 + 1e-9, f"the direction cosines of a {what} direction are beyond 1")
+        _refuse(path, places, sine > 1 + 1e-9, f"the direction cosines of a {role} direction are beyond 1")
         azimuth = np.round(np.degrees(np.arctan2(pairs[:, 1], pairs[:, 0])), DECIMALS)
         return np.asarray(np.degrees(np.arcsin(np.minimum(sine, 1.0))), dtype=float), np.asarray(azimuth, dtype=float)
     theta, azimuth = pairs.T
-    _refuse(path, places, np.abs(theta) > 90, f"the polar angle of a {what} direction is outside -90 to 90 deg")
-    _refuse(path, places, np.abs(azimuth) > 360, f"the azimuth of a {what} direction is outside -360 to 360 deg")
+    _refuse(path, places, np.abs(theta) > 90, f"the polar angle of a {role} direction is outside -90 to 90 deg")
+    _refuse(path, places, np.abs(azimuth) > 360, f"the azimuth of a {role} direction is outside -360 to 360 deg")
     turned: Array = np.where(theta < 0, azimuth + 180.0, azimuth)
     return np.abs(theta), turned
 
 
-def _refuse(path: Path, places: Lines, bad: npt.NDArray[np.bool_], what: str) -> None:
+def _refuse(path: Path, places: Lines, bad: npt.NDArray[np.bool_], message: str) -> None:
     if bad.any():
-        raise FormatError(path, what, f"line {places[np.argmax(bad)]}")
+        raise FormatError(path, message, f"line {places[np.argmax(bad)]}")
 
 
 def _from_forward(azimuth: Array) -> Array:
-    """phi, 0 to 360 deg, of azimuths from the forward direction, and the other way round."""
+    """phi, 0 to 360 deg, of azimuths from the forward direction; the same formula inverts it."""
     turned = np.round(180.0 - azimuth, DECIMALS)
     return np.where((turned < 0) | (turned > 360), turned % 360.0, turned) + 0.0
 

@@ -1,7 +1,7 @@
-"""Tables of values over hemispheres, one an incidence, as the files of optical programs list them.
+"""Tables of values over a hemisphere, one table per incidence: what the formats of Speos and LightTools share.
 
-Rows of numbers, azimuths all round, the light that a table holds together, and the ways from tables to a Dataset and
-back. A Dataset is dense where every table has the same directions, and a flat scan where they differ.
+It has checks for rows of numbers and for axes, the integral of a table over solid angle, and the conversion of tables
+to a Dataset and back. The Dataset is dense where every table has the same directions, and a flat scan otherwise.
 """
 
 import functools
@@ -21,15 +21,15 @@ from gonio.measured.dataset import ABSOLUTE, SETS, flatten, make_scan
 
 Values = npt.NDArray[np.float64]
 AXES = ("theta_i", "phi_i", "theta_r", "phi")
-SAME = 1e-9  # deg, and relative: what differs by less is the same number printed twice
+SAME = 1e-9  # deg, and relative: numbers that differ by less are one number, printed twice
 HUGE = 1e100  # beyond it, sums of values overflow
-MOST_INCIDENCES = 60  # more than a goniometer steps through: directions drawn at random
+MOST_INCIDENCES = 60  # more than a goniometer steps through: the scan has directions drawn at random
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)  # deg; each divides 90
 
 
 @dataclass(frozen=True)
 class Hemisphere:
-    """The values of one incidence: (theta_r, phi) under angles in degrees, and what tells it from other tables."""
+    """The table of one incidence: values (theta_r, phi), angles [deg], and the set (mode, wavelength, ..)."""
 
     theta_i: float
     theta_r: Values
@@ -37,16 +37,16 @@ class Hemisphere:
     values: Values
     phi_i: float | None = None
     sets: Mapping[str, str | float] = field(default_factory=dict)
-    scalars: Mapping[str, float] = field(default_factory=dict)  # one number a table, kept as a variable
+    scalars: Mapping[str, float] = field(default_factory=dict)  # one number per table, kept as a variable
 
 
 def row(path: Path, line: int, words: Sequence[str], expected: str) -> list[float]:
-    """The finite numbers of one line; FormatError names the line and what they are for."""
+    """The finite numbers of one line. Raises FormatError with the line and with `expected`, what the numbers are."""
     try:
         values = list(map(float, words))
     except ValueError:
         values = [math.nan]
-    if "_" in "".join(words) or not sum(map(abs, values)) < HUGE:  # one at a time only where something is wrong
+    if "_" in "".join(words) or not sum(map(abs, values)) < HUGE:  # reads one at a time only where one is wrong
         values = [number(path, line, word, expected) for word in words]
         if beyond := [value for value in values if not -HUGE < value < HUGE]:
             raise FormatError(path, f"{expected} is {beyond[0]:g}: no instrument measures that", f"line {line}")
@@ -54,25 +54,26 @@ def row(path: Path, line: int, words: Sequence[str], expected: str) -> list[floa
 
 
 def axis(path: Path, line: int, values: Sequence[float], expected: str, low: float, high: float) -> Values:
-    """Angles as an array; FormatError where they leave low to high or go neither up nor down throughout."""
-    found = np.array(values, dtype=float)
-    outside = found[(found < low) | (found > high)]
+    """Angles as an array. Raises FormatError for one outside low to high, and where they are not strictly monotonic."""
+    angles = np.array(values, dtype=float)
+    outside = angles[(angles < low) | (angles > high)]
     if outside.size:
         raise FormatError(path, f"{expected} is {outside[0]:g}, outside {low:g} to {high:g}", f"line {line}")
-    steps = np.diff(found)
+    steps = np.diff(angles)
     if not ((steps > SAME).all() or (steps < -SAME).all()):
-        raise FormatError(path, f"{expected} goes neither up nor down throughout: each once, in order", f"line {line}")
-    return found
+        message = f"{expected} neither ascends nor descends throughout: list each once, in order"
+        raise FormatError(path, message, f"line {line}")
+    return angles
 
 
 def is_round(azimuths: Values) -> bool:
-    """Whether azimuths [deg] in ascending order go all round: both ends of the circle, or a last step as the others."""
+    """Whether ascending azimuths [deg] cover the circle: they span 360 deg, or the step that closes it is no wider."""
     span = float(azimuths[-1] - azimuths[0])
     return span >= 360 - SAME or (len(azimuths) > 1 and 360 - span <= np.diff(azimuths).max() + SAME)
 
 
 def without_closing(azimuths: Values, values: Values) -> tuple[Values, Values]:
-    """The azimuths and columns without the last, where this repeats the first at 360 deg with the same values."""
+    """The azimuths and columns without the last one, where it is 360 deg after the first and has the same values."""
     if len(azimuths) > 1 and abs(azimuths[-1] - azimuths[0] - 360) <= SAME and (values[:, 0] == values[:, -1]).all():
         return azimuths[:-1], values[:, :-1]
     return azimuths, values
@@ -81,8 +82,8 @@ def without_closing(azimuths: Values, values: Values) -> tuple[Values, Values]:
 def integral(theta: Values, azimuths: Values, values: Values, cosine: bool = True) -> float:
     """The integral of values (theta, azimuth) over solid angle, times cos(theta) where `cosine`.
 
-    Values are linear in both angles [deg] between the nodes and azimuths go round; what lies beyond the first and last
-    theta is left out. A constant c over theta from 0 to 90 gives pi c with the cosine, 2 pi c without.
+    Values are linear in both angles [deg] between the nodes, and azimuths cover the circle. Beyond the first and the
+    last theta nothing is added. A constant c over theta from 0 to 90 gives pi c with the cosine, 2 pi c without.
     """
     weights, widths = _weights(np.asarray(theta, dtype=float).tobytes(), np.asarray(azimuths, float).tobytes(), cosine)
     return float(weights @ values @ widths)
@@ -90,10 +91,13 @@ def integral(theta: Values, azimuths: Values, values: Values, cosine: bool = Tru
 
 @functools.lru_cache(maxsize=32)
 def _weights(theta: bytes, azimuths: bytes, cosine: bool) -> tuple[Values, Values]:
-    """What each node of theta and each azimuth [deg, as float64] stands for: tables of a file mostly share them."""
+    """The weight of each node of theta, and the width [rad] of each azimuth; both arguments are float64 in degrees.
+
+    They are cached by the bytes of the nodes, because most tables of a file share their nodes.
+    """
     t = np.radians(np.frombuffer(theta))
     once, twice = (-np.cos(2 * t) / 4, -np.sin(2 * t) / 8) if cosine else (-np.cos(t), -np.sin(t))
-    slope = np.diff(twice) / np.diff(t)  # the weight of a node is the integral of its hat function times sin (cos)
+    slope = np.diff(twice) / np.diff(t)  # a node's weight: the integral of its hat function times sin (times cos)
     weights = np.zeros(len(t))
     weights[:-1] += slope - once[:-1]
     weights[1:] += once[1:] - slope
@@ -106,17 +110,17 @@ def _weights(theta: bytes, azimuths: bytes, cosine: bool) -> tuple[Values, Value
 
 
 def in_words(numbers: Iterable[float]) -> str:
-    """Numbers as a file writes them, so that each is read as the same."""
+    """Numbers as text, each with every digit that it needs to be read back unchanged."""
     return " ".join(repr(float(n)).removesuffix(".0") for n in numbers)
 
 
 def tidy(angles: npt.ArrayLike) -> Values:
-    """Angles [deg] to nine decimals: what a turn or a supplement adds to them by rounding is gone, there and back."""
+    """Angles [deg] rounded to nine decimals, which removes the rounding errors of added and subtracted half turns."""
     return np.round(np.asarray(angles, dtype=float), 9) + 0.0
 
 
 def turned(angles: npt.ArrayLike) -> Values:
-    """Azimuths [deg] from 0 up to 360, to nine decimals."""
+    """Azimuths [deg] reduced to 0 up to, but not including, 360, rounded to nine decimals."""
     return tidy(np.asarray(angles, dtype=float) % 360.0) % 360.0
 
 
@@ -126,7 +130,7 @@ def dataset(
     """The tables as one Dataset: dense where all have the same directions, flat otherwise."""
     scan = _dense(tables, unit)
     if scan is None:
-        scan = _flat(tables, unit)
+        scan = _flat_scan(tables, unit)
         history = [*history, "tables differ in their directions: kept as a flat scan"]
     if not scan["brdf"].values.any():
         history = [*history, "every value is zero"]
@@ -157,22 +161,22 @@ def _dense(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset | None:
     wide = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in (*names, "theta_r", "phi")]
     axes = {**nodes, "theta_r": first.theta_r[by_theta], "phi": phi}
     scan = grid("spherical", **{n: axes[n] for n in wide})
-    told = {n: (n, np.array(nodes[n]), {"units": "nm"} if n == "wavelength" else {}) for n in names if n in SETS}
-    brdf = xr.Variable((*names, "theta_r", "phi"), values, {"units": unit}).transpose(*told, *wide)
+    set_coords = {n: (n, np.array(nodes[n]), {"units": "nm"} if n == "wavelength" else {}) for n in names if n in SETS}
+    brdf = xr.Variable((*names, "theta_r", "phi"), values, {"units": unit}).transpose(*set_coords, *wide)
     scalars = {n: _scalars(names, shape, {i: t.scalars[n] for i, t in at.items()}) for n in first.scalars}
-    return scan.assign_coords(told).assign({"brdf": brdf} | scalars)
+    return scan.assign_coords(set_coords).assign({"brdf": brdf} | scalars)
 
 
 def _key(table: Hemisphere) -> dict[str, str | float]:
-    """Where a table belongs."""
+    """The coordinates of a table in a dense Dataset."""
     turned = {} if table.phi_i is None else {"phi_i": table.phi_i}
     return {"theta_i": table.theta_i, **turned, **table.sets}
 
 
 def _nodes(values: Iterable[str | float]) -> list[str | float]:
-    """Each value once: numbers in ascending order, names in that of the file."""
-    found = list(dict.fromkeys(values))
-    return found if isinstance(found[0], str) else sorted(found, key=float)
+    """Each value once: numbers in ascending order, names in the order of the file."""
+    distinct = list(dict.fromkeys(values))
+    return distinct if isinstance(distinct[0], str) else sorted(distinct, key=float)
 
 
 def _scalars(names: list[str], shape: tuple[int, ...], by_index: Mapping[tuple[int, ...], float]) -> xr.Variable:
@@ -182,37 +186,39 @@ def _scalars(names: list[str], shape: tuple[int, ...], by_index: Mapping[tuple[i
     return xr.Variable(names, values, {"units": "1"})
 
 
-def _flat(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset:
+def _flat_scan(tables: Sequence[Hemisphere], unit: str) -> xr.Dataset:
     sizes = [t.values.size for t in tables]
 
-    def each(values: Iterable[str | float]) -> npt.NDArray:
+    def repeated(values: Iterable[str | float]) -> npt.NDArray:
         return np.repeat(np.array(list(values)), sizes)
 
     first = tables[0]
     return make_scan(
-        each(t.theta_i for t in tables),
+        repeated(t.theta_i for t in tables),
         np.concatenate([np.repeat(t.theta_r, len(t.phi)) for t in tables]),
         np.concatenate([t.values.ravel() for t in tables]),
         np.concatenate([np.tile(t.phi, len(t.theta_r)) for t in tables]),
-        phi_i=None if first.phi_i is None else each(float(t.phi_i or 0) for t in tables),
+        phi_i=None if first.phi_i is None else repeated(float(t.phi_i or 0) for t in tables),
         unit=unit,
-        coordinates={n: each(t.sets[n] for t in tables) for n in SETS if n in first.sets},
-        variables={n: (each(t.scalars[n] for t in tables), "1") for n in first.scalars},
+        coordinates={n: repeated(t.sets[n] for t in tables) for n in SETS if n in first.sets},
+        variables={n: (repeated(t.scalars[n] for t in tables), "1") for n in first.scalars},
     )
 
 
 def on_grid(scan: xr.Dataset, sets: Sequence[str], title: str) -> xr.DataArray:
-    """The BRDF of a scan on a spherical grid with the dimensions (*sets, *AXES), of length 1 where it has none.
+    """The BRDF of a scan on a spherical grid, with dimensions (*sets, *AXES); those that the scan lacks have length 1.
 
-    Raises ValueError for other dimensions, for values that are missing, and for relative data.
+    Raises ValueError for other dimensions, for missing values, and for relative data.
     """
     brdf = scan["brdf"]
     if brdf.attrs.get("units") != ABSOLUTE:
         raise ValueError(f"{title} holds absolute values in sr-1: calibrate the scan first")
     lacking = [name for name in ("theta_i", "theta_r", "phi") if name not in brdf.dims]
     if lacking or set(brdf.dims) - {*sets, *AXES}:
-        found = ", ".join(map(str, brdf.dims))
-        raise ValueError(f"{title} holds a grid of theta_i, theta_r and phi, not of {found}: resample the scan onto it")
+        dimensions = ", ".join(map(str, brdf.dims))
+        raise ValueError(
+            f"{title} holds a grid of theta_i, theta_r and phi, not of {dimensions}: resample the scan onto it"
+        )
     if not np.isfinite(brdf.values).all():
         raise ValueError(f"{title} holds a value at every direction: fill the gaps first")
     for name in (*sets, "phi_i"):
@@ -223,17 +229,18 @@ def on_grid(scan: xr.Dataset, sets: Sequence[str], title: str) -> xr.DataArray:
 
 
 def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
-    """The spherical grid that a file of tables stores for a scan: its own where it has one, all round.
+    """The spherical grid over the full circle that a file of tables stores for a scan.
 
-    Azimuths that do not go round are mirrored. A scan without a grid gives its incidences, theta_r from 0 to 90 and
-    azimuths from 0 to 360 in steps [deg] near its own.
+    A scan on a spherical grid keeps its axes; azimuths that do not cover the circle are mirrored at the plane of
+    incidence. Any other scan gives its incidence angles, theta_r from 0 to 90 and azimuths from 0 to 360 deg, in steps
+    near its own. `phi_i` is among the axes only where `anisotropic`.
     """
     names = [n for n in ("theta_i", "theta_r", "phi", "phi_i") if n in scan["brdf"].dims]
     system = system_of(scan)
     if system is not None and system.name == "spherical":
-        kept = [n for n in names if n != "phi_i" or anisotropic]
-        axes = {n: np.unique(tidy(scan[n].values)) for n in kept}
-        if not is_round(axes["phi"]):  # a half stands for its mirror image too
+        stored = [n for n in names if n != "phi_i" or anisotropic]
+        axes = {n: np.unique(tidy(scan[n].values)) for n in stored}
+        if not is_round(axes["phi"]):  # half a circle stands for the other half too
             axes["phi"] = np.unique(turned(np.concatenate([axes["phi"], -axes["phi"]])))
         return grid("spherical", **axes)
     flat = flatten(scan)
@@ -252,7 +259,7 @@ def layout(scan: xr.Dataset, anisotropic: bool) -> xr.Dataset:
 
 
 def _step(angles: Values) -> float:
-    """The step of STEPS nearest to the usual one between angles [deg]."""
+    """The step of STEPS that is nearest to the median step between distinct angles [deg]."""
     steps = np.diff(np.unique(angles.round(6)))
     usual = float(np.median(steps)) if steps.size else STEPS[-1]
     return min(STEPS, key=lambda step: abs(step - usual))

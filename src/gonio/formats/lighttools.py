@@ -1,4 +1,4 @@
-"""LightTools BSDF measurements (.bsdf): blocks of one incidence, side, mode and wavelength over one list of directions.
+"""BSDF measurements of the program LightTools (.bsdf): one block per incidence, side, mode and wavelength.
 
     # remark
     Symmetry Asymmetric
@@ -15,12 +15,14 @@
     ScatterType BRDF                      (or BTDF)
     TristimulusValue TrisX                (XYZ only)
     TIS 0.52
-    a row of radial values an azimuth
+    a row of radial values for each azimuth
     DataEnd
 
-Grammar as in libbsdf's reader, the only public one (libbsdf). Angles are about the normal. The plane of incidence of a
-sample that is not turned is at an azimuth of 90 deg: phi = azimuth - 90. Only such files are read, as libbsdf takes no
-other. A TIS that is not the integral of its table is kept as the variable `tis`; without one it is computed.
+No public page documents the grammar. It is that of libbsdf's reader, the only public one (libbsdf,
+LightToolsBsdfReader.cpp). All blocks share one list of directions, whose angles are from the normal, not from the
+specular direction. The plane of incidence of a sample that is not turned is at an azimuth of 90 deg: phi = azimuth -
+90. Only such files (POI 90) are read, as libbsdf accepts no others. A TIS that differs from the integral of its table
+is kept as the variable `tis`; when a scan without `tis` is written, TIS is that integral.
 """
 
 import math
@@ -46,19 +48,19 @@ MODES = {"BRDF": "reflection", "BTDF": "transmission"}
 SIDES = {"Front": "front", "Back": "back"}
 TRISTIMULUS = {"TrisX": "X", "TrisY": "Y", "TrisZ": "Z"}
 PLANE = 90.0  # deg, the azimuth of the incident light
-OWN = ("mode", "side", "wavelength", "channel")
+SET_DIMENSIONS = ("mode", "side", "wavelength", "channel")
 _OTHERS = re.compile(rb"^\s*(AngleOfIncidence|SampleRotation|Source)\b", re.IGNORECASE | re.MULTILINE)
 
 _HEADER = re.compile("|".join(HEADER).encode(), re.IGNORECASE)
 
 
 def _recognises(head: bytes) -> bool:
-    # Every file is asked this: the word that a header needs is looked for before anything dearer.
+    # This is asked of every file, so the cheapest test is first: a word that every header has.
     if b"\0" in head or not _HEADER.search(head) or _OTHERS.search(head.replace(b"\r", b"\n")):
         return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
     first = (line.split("#")[0].split() for line in text.splitlines())
-    words = next((found for found in first if found), [])
+    words = next((line_words for line_words in first if line_words), [])
     return len(words) > 1 and words[0].lower() in {name.lower() for name in HEADER}
 
 
@@ -71,9 +73,9 @@ def _read(path: Path) -> xr.Dataset:
         block, at = _block(words, spectral, azimuths, theta_r)
         key = (block.theta_i, *block.sets.items())
         if key in seen:
-            told = ", ".join(map(str, block.sets.values()))
-            what = f"AOI {block.theta_i:g} ({told}) is there already, in line {seen[key]}"
-            raise FormatError(path, what, f"line {at}")
+            names = ", ".join(map(str, block.sets.values()))
+            message = f"AOI {block.theta_i:g} ({names}) is there already, in line {seen[key]}"
+            raise FormatError(path, message, f"line {at}")
         seen[key] = at
         blocks.append(block)
     words.word("DataEnd")
@@ -94,13 +96,13 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _header(words: Words) -> tuple[str, Values, Values]:
-    """What the blocks hold (Monochrome or XYZ) and their azimuths and radial angles [deg]."""
+    """The spectral content of the blocks (Monochrome or XYZ), their azimuths and their radial angles [deg]."""
     spectral, angles = "", {}
-    told: set[str] = set()
+    seen: set[str] = set()
     while (name := words.keyword(*HEADER, "DataBegin")) != "DataBegin":
-        if name in told:
-            raise words.wrong(f"{name} is there twice")
-        told.add(name)
+        if name in seen:
+            raise words.wrong(f"{name} occurs twice")
+        seen.add(name)
         match name:
             case "Symmetry":
                 words.keyword("Asymmetric")
@@ -108,72 +110,72 @@ def _header(words: Words) -> tuple[str, Values, Values]:
                 spectral = words.keyword("Monochrome", "XYZ")
             case _:
                 angles[name] = _angles(words, name)
-    if missing := [name for name in HEADER if name not in told]:
+    if missing := [name for name in HEADER if name not in seen]:
         raise words.wrong(f"DataBegin before {' and '.join(missing)}")
     return spectral, angles["ScatterAzimuth"], angles["ScatterRadial"]
 
 
 def _angles(words: Words, name: str) -> Values:
     count = words.count(f"the number of {name}")
-    found = _numbers(words, count, name)
+    numbers = _numbers(words, count, name)
     low, high = (-360.0, 360.0) if name == "ScatterAzimuth" else (0.0, 90.0)
-    angles = hemispheres.axis(words.path, words.line, found, name, low, high)
+    angles = hemispheres.axis(words.path, words.line, numbers, name, low, high)
     if name == "ScatterAzimuth" and abs(angles[-1] - angles[0]) > 360:
-        raise words.wrong(f"{name} goes round more than once")
+        raise words.wrong(f"{name} spans more than 360 deg")
     return angles
 
 
 def _numbers(words: Words, count: int, expected: str) -> list[float]:
-    """So many numbers, over as many lines as they take, the last of which holds no more."""
-    found: list[float] = []
-    while len(found) < count:
+    """`count` numbers over as many lines as they take. Raises FormatError where the last line holds more."""
+    numbers: list[float] = []
+    while len(numbers) < count:
         row = words.row()
         if not row:
-            raise words.wrong(f"the file ends after {len(found)} of {count} numbers of {expected}")
-        found += hemispheres.row(words.path, words.line, row, expected)
-    if len(found) > count:
-        raise words.wrong(f"{len(found)} numbers of {expected} where there should be {count}")
-    return found
+            raise words.wrong(f"the file ends after {len(numbers)} of {count} numbers of {expected}")
+        numbers += hemispheres.row(words.path, words.line, row, expected)
+    if len(numbers) > count:
+        raise words.wrong(f"{len(numbers)} numbers of {expected} where there should be {count}")
+    return numbers
 
 
 def _block(words: Words, spectral: str, azimuths: Values, theta_r: Values) -> tuple[Hemisphere, int]:
-    """One block and the line that it starts in."""
-    told, at = _keys(words, spectral)
+    """One block and the line where it starts."""
+    entries, at = _keys(words, spectral)
     values = _numbers(words, len(azimuths) * len(theta_r), "the table")
     table = np.array(values).reshape(len(azimuths), len(theta_r)).T
     if azimuths[-1] < azimuths[0]:
         azimuths, table = azimuths[::-1], table[:, ::-1]
     azimuths, table = hemispheres.without_closing(azimuths, table)
-    sets = {name: told[name] for name in OWN if name in told}
+    sets = {name: entries[name] for name in SET_DIMENSIONS if name in entries}
     phi = hemispheres.turned(azimuths - PLANE)
-    aoi, tis = float(told["AOI"]), float(told["TIS"])
+    aoi, tis = float(entries["AOI"]), float(entries["TIS"])
     return Hemisphere(aoi, theta_r, phi, table, sets=sets, scalars={"tis": tis}), at
 
 
 def _keys(words: Words, spectral: str) -> tuple[dict[str, str | float], int]:
-    """The words before a table, TIS the last: as sets where they tell one table from the next."""
-    found: dict[str, str | float] = {}
+    """The entries before a table, of which TIS is the last, and the line of the first; SET_DIMENSIONS name its set."""
+    entries: dict[str, str | float] = {}
     seen: set[str] = set()
     at = 0
     while "TIS" not in seen:
         name = words.keyword(*BLOCK)
         at = at or words.line
         if name in seen:
-            raise words.wrong(f"{name} is there twice in the block")
+            raise words.wrong(f"{name} occurs twice in the block")
         seen.add(name)
-        found |= _told(words, name)
+        entries |= _entry(words, name)
     needed = {"AOI", "Side", "ScatterType"} | ({"TristimulusValue"} if spectral == "XYZ" else set())
     if missing := [name for name in BLOCK if name in needed - seen]:
-        raise words.wrong(f"the block says no {' and no '.join(missing)} before its TIS")
-    if spectral != "XYZ" and "channel" in found:
+        raise words.wrong(f"the block has no {' and no '.join(missing)} before its TIS")
+    if spectral != "XYZ" and "channel" in entries:
         raise words.wrong("TristimulusValue in a Monochrome file: is SpectralContent XYZ meant?")
     if spectral == "XYZ":
-        found.pop("wavelength", None)
-    return found, at
+        entries.pop("wavelength", None)
+    return entries, at
 
 
-def _told(words: Words, name: str) -> dict[str, str | float]:
-    """What one word of a block says."""
+def _entry(words: Words, name: str) -> dict[str, str | float]:
+    """The value of one entry of a block, by the name of its coordinate where it has one."""
     match name:
         case "Side":
             return {"side": SIDES[words.keyword(*SIDES)]}
@@ -189,7 +191,7 @@ def _told(words: Words, name: str) -> dict[str, str | float]:
     if name == "Wavelength":
         if value < 0:
             raise words.wrong(f"Wavelength is {value:g} nm")
-        return {"wavelength": value} if value else {}  # 0 stands for none
+        return {"wavelength": value} if value else {}  # 0 means that no wavelength is stated
     return {name: value + 0.0}
 
 
@@ -198,7 +200,7 @@ def _integral(block: Hemisphere) -> float:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    brdf = hemispheres.on_grid(scan, OWN, TITLE)
+    brdf = hemispheres.on_grid(scan, SET_DIMENSIONS, TITLE)
     spectral = _spectral(brdf)
     theta_r, phi = brdf["theta_r"].values, brdf["phi"].values
     if brdf.sizes["phi_i"] > 1:
@@ -212,9 +214,9 @@ def _write(scan: xr.Dataset, path: Path) -> None:
         file.write(f"Symmetry Asymmetric\nSpectralContent {spectral}\n")
         file.write(f"ScatterAzimuth {len(closed)}\n{in_words([*azimuths[order], *closing])}\n")
         file.write(f"ScatterRadial {len(theta_r)}\n{in_words(theta_r)}\nDataBegin\n")
-        for index in np.ndindex(*(brdf.sizes[n] for n in OWN), brdf.sizes["theta_i"]):
+        for index in np.ndindex(*(brdf.sizes[n] for n in SET_DIMENSIONS), brdf.sizes["theta_i"]):
             table = brdf.values[index][0]
-            part = {n: brdf[n].values[k] for n, k in zip((*OWN, "theta_i"), index, strict=True)}
+            part = {n: brdf[n].values[k] for n, k in zip((*SET_DIMENSIONS, "theta_i"), index, strict=True)}
             tis = _tis(scan, part)
             if tis is None:
                 tis = hemispheres.integral(theta_r, phi, table)
@@ -224,7 +226,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 
 def _spectral(brdf: xr.DataArray) -> str:
-    """XYZ or Monochrome; ValueError for channels that LightTools has not."""
+    """The spectral content, XYZ or Monochrome. Raises ValueError for channels other than X, Y and Z."""
     channels = [str(c) for c in brdf["channel"].values.tolist() if str(c) != "nan"]
     if not channels:
         return "Monochrome"
@@ -236,23 +238,23 @@ def _spectral(brdf: xr.DataArray) -> str:
 
 
 def _tis(scan: xr.Dataset, part: dict) -> float | None:
-    """The scan's own `tis` of one table, None where it has none."""
+    """The variable `tis` of the scan for one table; None where the scan has no such variable."""
     if "tis" not in scan:
         return None
     return float(scan["tis"].sel({n: part[n] for n in scan["tis"].dims}))
 
 
 def _lines_of(part: dict, tis: float) -> list[str]:
-    """The words before a table."""
+    """The entries before a table, as lines."""
     mode = next((word for word, name in MODES.items() if name == str(part["mode"])), "BRDF")
     side = next((word for word, name in SIDES.items() if name == str(part["side"])), "Front")
-    found = [f"AOI {in_words([part['theta_i']])}", f"POI {in_words([PLANE])}", f"Side {side}"]
+    head = [f"AOI {in_words([part['theta_i']])}", f"POI {in_words([PLANE])}", f"Side {side}"]
     if str(part["wavelength"]) != "nan":
-        found.append(f"Wavelength {in_words([part['wavelength']])}")
-    found.append(f"ScatterType {mode}")
+        head.append(f"Wavelength {in_words([part['wavelength']])}")
+    head.append(f"ScatterType {mode}")
     if str(part["channel"]) != "nan":
-        found.append(f"TristimulusValue Tris{part['channel']}")
-    return [line + "\n" for line in (*found, f"TIS {in_words([tis])}")]
+        head.append(f"TristimulusValue Tris{part['channel']}")
+    return [line + "\n" for line in (*head, f"TIS {in_words([tis])}")]
 
 
 FORMAT = Format(
@@ -263,5 +265,5 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=lambda scan: hemispheres.layout(scan, anisotropic=False),
-    holds=Holds(transmission=True, sets=OWN, variables=("tis",)),
+    holds=Holds(transmission=True, sets=SET_DIMENSIONS, variables=("tis",)),
 )

@@ -1,4 +1,4 @@
-"""The grid about the mirror direction that a format stores for a scan which is on no such grid yet."""
+"""Grids about the mirror direction, for formats (Integra, SSDD) that store tables about it."""
 
 import numpy as np
 import numpy.typing as npt
@@ -14,26 +14,27 @@ AZIMUTH_STEP = 10.0  # deg, about the mirror direction
 NARROWEST, WIDEST = 0.5, 5.0  # deg, between nodes about the mirror direction
 
 
-def own_grid(scan: xr.Dataset, *systems: str) -> xr.Dataset | None:
-    """The coordinates of the grid of one of `systems` that the scan is on already; None where it is on none."""
-    found = system_of(scan)
-    if found is None or found.name not in systems or scan["brdf"].dims == ("direction",):
+def existing_grid(scan: xr.Dataset, *systems: str) -> xr.Dataset | None:
+    """The grid that a scan is on already, in one of the named coordinate `systems`; None where it has none."""
+    system = system_of(scan)
+    if system is None or system.name not in systems or scan["brdf"].dims == ("direction",):
         return None
-    axes = {a: scan[a].values for a in found.axes if a in scan["brdf"].dims}
-    return grid(found.name, **{a: _ascending(v, a in found.azimuths) for a, v in axes.items()})
+    axes = {a: scan[a].values for a in system.axes if a in scan["brdf"].dims}
+    return grid(system.name, **{a: _ascending(v, a in system.azimuths) for a, v in axes.items()})
 
 
 def _ascending(values: Values, is_azimuth: bool) -> Values:
-    """An axis as it is where it ascends from zero, else turned round until it does: files list ascending angles."""
+    """An axis with ascending angles, as files list them: azimuths that do not ascend from 0 are reduced and sorted."""
     if (np.diff(values) > 0).all() and not (is_azimuth and values[0] < 0):
         return values
     return np.unique(np.round(values % 360.0, DECIMALS) if is_azimuth else values)
 
 
 def mirror_grid(scan: xr.Dataset) -> xr.Dataset:
-    """Directions (theta_i, theta_s, phi_s[, phi_i]) [deg] at the scan's incidence angles, with steps near its own.
+    """A new grid (theta_i, theta_s, phi_s[, phi_i]) [deg] at the scan's incidence angles, with steps near its own.
 
-    Also of an in-plane scan: with the plane alone, a program would take what lies beside it from the two sides of it.
+    A scan in the plane of incidence gets all azimuths too: a program that reads a file with the plane alone would
+    interpolate the directions beside it between the two sides of the mirror direction.
     """
     flat = flatten(scan)
     theta_i = _distinct(flat["theta_i"].values)
@@ -49,7 +50,7 @@ def _distinct(values: Values) -> Values:
 
 
 def _step(theta_r: Values) -> float:
-    """The scan's usual step in theta_r [deg] as a part of 90, within what a file should have."""
+    """The median step of the scan in theta_r [deg], moved to a divisor of 90 within NARROWEST and WIDEST."""
     steps = np.diff(_distinct(theta_r))
     usual = float(np.median(steps)) if len(steps) else WIDEST
     return 90.0 / round(90.0 / min(max(usual, NARROWEST), WIDEST))

@@ -1,8 +1,12 @@
 """KAIST's polarimetric BRDF files (baek2020): Mueller matrices on half-difference angles, in a tensor_file.
 
-`brdf` is element 00; `mueller` holds all sixteen, a view into the file that is read where it is asked for. Real files
-have 0.9 GB (five wavelengths) and more. On both rays the x axis of the Stokes parameters is w_i x w_r, across the plane
-of the two rays, and y = k x x with k the direction of travel: these are not gonio's s and p, which lie by the normal.
+The fields are theta_h, theta_d, phi_d [rad], wvls [nm] and M, the matrices; the container is in door/tensor_file.py.
+A public reader is Mitsuba's measured_polarized.cpp.
+
+`brdf` is element 00. `mueller` holds all sixteen elements as a view into the file, of which only the parts that are
+used are read: real files have 0.9 GB (five wavelengths) and more. On both rays the x axis of the Stokes parameters is
+w_i x w_r, perpendicular to the plane of the two rays, and y = k x x with k the direction of travel. These axes are not
+gonio's s and p, which refer to the planes of the normal and each ray.
 """
 
 from pathlib import Path
@@ -17,11 +21,11 @@ from gonio.formats.format import Format, Holds
 from gonio.measured import coordinates
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history
 
-MOST = 10_000_000_000  # matrix elements; mapped, not loaded
+MOST = 10_000_000_000  # matrix elements; they are mapped, not loaded
 FRAMES = "x = w_i x w_r, y = k x x on both rays, k the direction of travel"
 AXES = ("phi_d", "theta_d", "theta_h")  # in the order of the file
 LARGEST = {"phi_d": 180.0, "theta_d": 90.0, "theta_h": 90.0}  # deg
-ROUNDING = 1e-4  # deg; single precision
+ROUNDING = 1e-4  # deg; error of angles in single precision
 
 
 def _recognises(head: bytes) -> bool:
@@ -51,7 +55,7 @@ def _axis(fields: Fields, name: str) -> npt.NDArray[np.float64]:
     stored = fields.get(name, "<f4", 2)
     if stored.shape[0] != 1:
         raise fields.wrong(name, f"its shape is {stored.shape}, not one row")
-    with np.errstate(invalid="ignore"):  # a NaN that signals is refused below like any other
+    with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below like any other
         degrees: npt.NDArray[np.float64] = np.degrees(stored.astype(float))
     least = -LARGEST[name] if name == "phi_d" else 0.0
     most = 360.0 if name == "phi_d" else LARGEST[name]
@@ -85,9 +89,9 @@ def _dataset(fields: Fields, matrices: Any, axes: dict[str, Any], wavelengths: A
 
 
 def _above(fields: Fields, f00: Any, above: npt.NDArray[np.bool_]) -> Any:
-    """Element 00 with NaN below the horizon: the file's own view where it says so itself, else a copy."""
+    """Element 00 with NaN below the horizon: a view into the file where it is NaN there already, else a copy."""
     says_so, any_value = True, False
-    for part in f00:  # one wavelength at a time, so that a large file is never held whole
+    for part in f00:  # one wavelength at a time: a large file is never in memory as a whole
         if np.isinf(part).any():
             raise fields.wrong("M", "element 00 is infinite somewhere")
         with np.errstate(invalid="ignore"):

@@ -1,4 +1,7 @@
-"""Reflectances of the mirror direction alone, which are the weight of a Dirac lobe and no BRDF."""
+"""Scans of specular reflectance: the weight of a Dirac lobe in the mirror direction, which is not a BRDF.
+
+The specular tables of Integra (.sdr, .sdt) and of SSDD files become such scans.
+"""
 
 import numpy as np
 import xarray as xr
@@ -9,11 +12,18 @@ REFLECTANCE, TRANSMITTANCE = "specular reflectance", "specular transmittance"
 
 
 def specular_scan(
-    theta_i: np.ndarray, values: np.ndarray, told: dict[str, np.ndarray], is_transmitted: bool, provenance: str = ""
+    theta_i: np.ndarray,
+    values: np.ndarray,
+    set_values: dict[str, np.ndarray],
+    is_transmitted: bool,
+    provenance: str = "",
 ) -> xr.Dataset:
-    """The scan of reflectances (set, theta_i) in the mirror direction; `told` has one value of a coordinate a set."""
-    count, each = values.shape
-    coordinates = {name: np.repeat(v, each) for name, v in told.items()}
+    """The scan of reflectances (set, theta_i) in the mirror direction, in a.u. and with the attribute `quantity`.
+
+    `set_values` has, by coordinate (wavelength, channel), one value for each set.
+    """
+    count, per_set = values.shape
+    coordinates = {name: np.repeat(v, per_set) for name, v in set_values.items()}
     if is_transmitted:
         coordinates["mode"] = np.full(values.size, "transmission")
     scan = make_scan(

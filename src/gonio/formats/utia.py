@@ -1,11 +1,13 @@
-"""UTIA's binary tables of anisotropic surfaces (filip2014).
+"""Binary tables of the UTIA database: BRDFs of anisotropic surfaces (filip2014).
 
-No header: planes of float64 (little-endian) for R, G and B, each theta_i, phi_i, theta_v, phi_v with the last fastest;
-polar angles 0 to 75 deg by 15, azimuths 0 to 352.5 deg by 7.5, both about the surface's x axis: 1 990 656 bytes. Here
-phi = phi_v - phi_i, which only puts the values of a row in another order.
+There is no header: planes of float64 (little-endian) for R, G and B, each over theta_i, phi_i, theta_v, phi_v, the last
+fastest. Polar angles are 0 to 75 deg by 15, azimuths 0 to 352.5 deg by 7.5 from the surface's x axis; a file has
+1 990 656 bytes. gonio's phi = phi_v - phi_i changes only the order of the values in a row. Public readers are
+dj_brdf.h, ALTA (utia.cpp) and Fichet's utia.py.
 
-The numbers are kept as they are stored, and are relative. The database calls them sRGB without a scale, and its public
-readers disagree: one takes them as they are, one undoes the sRGB curve, one divides by 140 and undoes it, times 100.
+The numbers are kept as stored, as relative data. The database calls them sRGB without a scale, and the public readers
+disagree: one uses them unchanged, one inverts the sRGB curve, one divides by 140, inverts the curve and multiplies by
+100.
 """
 
 from pathlib import Path
@@ -26,17 +28,20 @@ POLAR, AZIMUTHS = tuple(15.0 * k for k in range(6)), tuple(7.5 * k for k in rang
 AXES = {"theta_i": POLAR, "phi_i": AZIMUTHS, "theta_r": POLAR, "phi": AZIMUTHS}
 SHAPE = tuple(len(values) for values in AXES.values())
 SIZE = 8 * len(COLOURS) * int(np.prod(SHAPE))
-HEAD = 512  # numbers that are looked at to recognise a file without a signature
-SMALLEST, LARGEST = 1e-9, 1e6  # of a number of such a file; other bytes taken as float64 are hardly ever all between
+HEAD = 512  # numbers that are tested to recognise a file without a signature
+SMALLEST, LARGEST = (
+    1e-9,
+    1e6,
+)  # of a number in such a file; other bytes read as float64 are hardly ever all in this range
 
 
 def _recognises(head: bytes) -> bool:
-    """Whether the bytes are numbers of a BRDF as float64, and not so as float32."""
+    """Whether the bytes make plausible values of a BRDF when read as float64, and do not when read as float32."""
     return len(head) >= 8 * HEAD and _plausible(head, "<f8") > 0.5 and _plausible(head, "<f4") < 0.9
 
 
 def _plausible(head: bytes, dtype: str) -> float:
-    """The share of numbers other than zero, 0 where one is no BRDF."""
+    """The share of numbers other than zero; 0 where any number is outside SMALLEST to LARGEST."""
     sizes = np.abs(np.frombuffer(head[: 8 * HEAD], dtype))
     with np.errstate(invalid="ignore"):
         good = ((sizes >= SMALLEST) & (sizes <= LARGEST)) | (sizes == 0)
@@ -46,8 +51,8 @@ def _plausible(head: bytes, dtype: str) -> float:
 def _read(path: Path) -> xr.Dataset:
     file = Bytes(path)
     if file.size != SIZE:
-        what = f"holds {file.size} bytes of numbers without a header, and a UTIA file {SIZE}"
-        raise file.wrong(what, min(file.size, SIZE))
+        message = f"holds {file.size} bytes of numbers without a header, and a UTIA file {SIZE}"
+        raise file.wrong(message, min(file.size, SIZE))
     stored = file.array("<f8", (len(COLOURS), *SHAPE), "the table")
     if not (finite := np.isfinite(stored)).all():
         raise file.wrong("the value is not finite", 8 * int((~finite).argmax()))
@@ -68,7 +73,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _turned(values: Values, back: bool) -> Values:
-    """Values (channel, theta_i, phi_i, theta, azimuth), the azimuth from phi_v to phi = phi_v - phi_i, or back."""
+    """Values (channel, theta_i, phi_i, theta, azimuth) with the last axis changed from phi_v to phi, or `back`."""
     steps = np.arange(len(AZIMUTHS))
     source = (steps[None, :] + (-steps if back else steps)[:, None]) % len(steps)
     return np.take_along_axis(values, np.broadcast_to(source[None, None, :, None, :], values.shape), axis=-1)
@@ -80,7 +85,7 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """Raises ValueError for another grid, for channels that are not R, G and B, and for gaps."""
+    """Write the scan. Raises ValueError for another grid, channels other than R, G and B, and gaps."""
     brdf = scan["brdf"]
     for name, nodes in AXES.items():
         if name not in brdf.dims or not np.array_equal(scan[name].values, nodes):

@@ -1,4 +1,4 @@
-"""Zemax's tabular BSDF (rykowski2008): BRDF or BTDF about the specular direction, one table an angle of incidence.
+"""The tabular BSDF of Zemax (rykowski2008): BRDF or BTDF about the specular direction, one table per incidence.
 
     Source  Measured
     Symmetry  PlaneSymmetrical | Asymmetrical | Asymmetrical4D
@@ -10,8 +10,10 @@
     for each rotation, each angle of incidence: TIS v, then a row of the radial values for each azimuth
     DataEnd
 
-Azimuth 0 leads from the specular direction to the normal. Azimuth 90 is where phi is below 180, as in the two public
-readers. SampleRotation is phi_i. Values below the horizon are NaN in the Dataset and 0 in the file.
+Zemax documents the layout on its support page (rykowski2008); a public reader is libbsdf's ZemaxBsdfReader.cpp.
+Azimuth 0 leads from the specular direction to the normal. At azimuth 90 phi is below 180, as in the two public readers.
+AngleOfIncidence is the angle of the specular direction, and theta_i here. SampleRotation is phi_i. Values below the
+horizon are NaN in the Dataset and 0 in the file.
 """
 
 import math
@@ -39,8 +41,8 @@ STARTS = (*CHANNELS["Monochrome"], *CHANNELS["XYZ"])
 DIMS = ("channel", "phi_i", "theta_i", "phi_s", "theta_s")  # the order of the file
 RADIAL = (0, 0.5, 1, 2, 3, 4, 5, 7.5, 10, 12.5, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 100, 120, 140, 160)
 STEP = 10.0  # deg, between azimuths
-MOST_ANGLES = 91  # of incidence, in the layout of a scan that is no grid
-LONGEST = 1_000_000  # bytes of a line: a row of radial values is long
+MOST_ANGLES = 91  # of incidence, in the layout of a scan that is not on a grid
+LONGEST = 1_000_000  # bytes of a line; a row of radial values may be long
 _HISTORY = "history: "
 _SIGNATURE = re.compile(rb"(?im)^[ \t]*(samplerotation|angleofincidence)[ \t]+[0-9]")
 
@@ -71,13 +73,13 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _header(words: Words) -> tuple[dict[str, str], dict[str, npt.NDArray[np.float64]]]:
-    """The choices by keyword and the angles by axis [deg], in whatever order the file gives them."""
+    """The choices by keyword and the angles by axis [deg]; the file may give them in any order."""
     choices: dict[str, str] = {}
     axes: dict[str, npt.NDArray[np.float64]] = {}
     while words.peek().lower() not in [name.lower() for name in STARTS]:
         keyword = words.keyword("Source", *CHOICES, *AXES, *STARTS)
         if keyword in choices or AXES.get(keyword) in axes:
-            raise words.wrong(f"{keyword} is there twice: keep one")
+            raise words.wrong(f"{keyword} occurs twice: keep one")
         if keyword == "Source":
             choices[keyword] = " ".join(words.rest())
         elif keyword in CHOICES:
@@ -95,12 +97,12 @@ def _axis(words: Words, keyword: str) -> npt.NDArray[np.float64]:
     if angles.min() < low or angles.max() > high:
         raise words.wrong(f"{keyword} is outside {low:g} to {high:g} deg")
     if (np.diff(angles) <= 0).any():
-        raise words.wrong(f"{keyword} angles must rise from each to the next")
+        raise words.wrong(f"{keyword} angles must ascend")
     return angles
 
 
 def _row(words: Words, count: int) -> npt.NDArray[np.float64]:
-    """The radial values of one azimuth, one line."""
+    """The radial values of one azimuth, which are one line."""
     row = words.row()
     if len(row) != count:
         raise words.wrong(f"{len(row)} values where a row has {count}" if row else "the file ends within its values")
@@ -114,7 +116,7 @@ def _row(words: Words, count: int) -> npt.NDArray[np.float64]:
 
 
 def _begin(words: Words) -> None:
-    """DataBegin stands before the first channel; files have it before the others, or not."""
+    """Read DataBegin, which comes before the first channel; before the other channels some files leave it out."""
     if words.peek().lower() != "tis":
         words.keyword("DataBegin")
 
@@ -135,9 +137,9 @@ def _dataset(
 ) -> xr.Dataset:
     turned = choices["Symmetry"] == "Asymmetrical4D" or axes["phi_i"].tolist() != [0.0]
     coloured = choices["SpectralContent"] == "XYZ"
-    kept = [d for d in DIMS if (turned or d != "phi_i") and (coloured or d != "channel")]
-    drop = tuple(i for i, d in enumerate(DIMS) if d not in kept)
-    scan = grid("specular", **{d: axes[d] for d in kept if d != "channel"})
+    dims = [d for d in DIMS if (turned or d != "phi_i") and (coloured or d != "channel")]
+    drop = tuple(i for i, d in enumerate(DIMS) if d not in dims)
+    scan = grid("specular", **{d: axes[d] for d in dims if d != "channel"})
     if coloured:
         scan = scan.assign_coords(channel=("channel", ["X", "Y", "Z"]))
     if choices["ScatterType"] == "BTDF":
@@ -146,8 +148,8 @@ def _dataset(
     below = np.broadcast_to(scan["theta_r"].values > HORIZON, values.shape)
     lost = int(np.count_nonzero(values[below]))
     values[below] = np.nan
-    scan["brdf"] = (kept, values, {"units": "sr-1"})
-    scan["tis"] = (kept[:-2], tis, {"units": "1"})
+    scan["brdf"] = (dims, values, {"units": "sr-1"})
+    scan["tis"] = (dims[:-2], tis, {"units": "1"})
     source = [f"Source {choices['Source']}"] if choices.get("Source", "").lower() not in ("", "measured") else []
     scan.attrs = {
         "Conventions": "CF-1.11",
@@ -163,17 +165,17 @@ def _dataset(
 
 
 def _layout(scan: xr.Dataset) -> xr.Dataset:
-    """The scan's own grid where it is specular, else its incidence angles with azimuths every 10 deg.
+    """The scan's grid where it is about the specular direction, else its incidence angles with azimuths every 10 deg.
 
-    Azimuths run from 0 to 180, or to 350 for anisotropic scans; radial steps rise from 0.5 to 20 deg as far as the
-    horizon is away at the largest incidence angle.
+    Azimuths run from 0 to 180, or to 350 for anisotropic scans. Radial steps grow from 0.5 to 20 deg, up to the angle
+    from the specular direction to the horizon at the largest incidence angle.
     """
     if {"theta_i", "phi_s", "theta_s"} <= set(scan["brdf"].dims):
-        own = [d for d in DIMS[1:] if d in scan["brdf"].dims]
-        return grid("specular", **{d: scan[d].values for d in own})
+        dims = [d for d in DIMS[1:] if d in scan["brdf"].dims]
+        return grid("specular", **{d: scan[d].values for d in dims})
     flat = points(scan)
-    theta_i = _few(flat["theta_i"].values, 5.0)
-    phi_i = _few(flat["phi_i"].values % 360.0, STEP) if "phi_i" in flat.coords else np.zeros(1)
+    theta_i = _thinned(flat["theta_i"].values, 5.0)
+    phi_i = _thinned(flat["phi_i"].values % 360.0, STEP) if "phi_i" in flat.coords else np.zeros(1)
     turned = len(phi_i) > 1
     sided = turned or scan.attrs.get("symmetry") == "anisotropic"
     axes = {"phi_i": phi_i} if turned else {}
@@ -182,12 +184,12 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
     return grid("specular", **axes, theta_i=theta_i, phi_s=azimuths, theta_s=radial)
 
 
-def _few(angles: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
-    """The distinct angles, or where there are very many those of a regular grid over their range [deg]."""
-    own = np.unique(angles)
-    if len(own) <= MOST_ANGLES:
-        return own
-    return np.arange(np.ceil(own[0] / step), np.floor(own[-1] / step) + 1) * step
+def _thinned(angles: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
+    """The distinct angles; where there are more than MOST_ANGLES, those of a regular grid over their range [deg]."""
+    distinct = np.unique(angles)
+    if len(distinct) <= MOST_ANGLES:
+        return distinct
+    return np.arange(np.ceil(distinct[0] / step), np.floor(distinct[-1] / step) + 1) * step
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
@@ -196,12 +198,12 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     mode = np.unique(scan["mode"].values) if "mode" in scan.coords else np.array(["reflection"])
     if len(mode) > 1:
         raise ValueError("a Zemax BSDF holds reflection or transmission: select one mode")
-    brdf = _on_own_axes(scan)
+    brdf = _on_file_axes(scan)
     dims = tuple(str(d) for d in brdf.dims)
     axes = {d: brdf[d].values.astype(float) if d in dims else np.zeros(1) for d in DIMS[1:]}
     values = brdf.values.reshape(-1, *(len(axes[d]) for d in DIMS[1:]))
     if np.isinf(values).any():
-        raise ValueError("the scan holds infinite values: mask or mend them")
+        raise ValueError("the scan holds infinite values: mask or correct them")
     _refuse_gaps(brdf, scan)
     names = CHANNELS["XYZ" if "channel" in dims else "Monochrome"]
     tis = _stored_tis(scan, dims, values.shape[:3])
@@ -224,16 +226,16 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 
 def _tabbed(numbers: npt.ArrayLike) -> str:
-    """Numbers as short as they are exact, with tabs between them, as Zemax asks."""
+    """Numbers with as many digits as they need, separated by tabs, as Zemax asks."""
     return "\t".join(repr(v).removesuffix(".0") for v in np.asarray(numbers, dtype=float).tolist())
 
 
-def _on_own_axes(scan: xr.Dataset) -> xr.DataArray:
-    """The BRDF with the file's dimensions in the file's order; ValueError for any other."""
+def _on_file_axes(scan: xr.Dataset) -> xr.DataArray:
+    """The BRDF with the file's dimensions in the file's order. Raises ValueError for other dimensions."""
     brdf = scan["brdf"]
     brdf = brdf.squeeze([d for d in SETS if d in brdf.dims and brdf.sizes[d] == 1])
     if extra := [str(d) for d in brdf.dims if d not in DIMS]:
-        remedy = "convert the scan, which resamples it" if extra == ["direction"] else "select one, and the axes remain"
+        remedy = "convert the scan, which resamples it" if extra == ["direction"] else "select one of each"
         raise ValueError(f"a Zemax BSDF is a grid about the specular direction, not over {', '.join(extra)}: {remedy}")
     if lacking := [d for d in DIMS[2:] if d not in brdf.dims]:
         raise ValueError(f"a Zemax BSDF needs the axes theta_i, phi_s and theta_s; {', '.join(lacking)} is not there")
@@ -245,7 +247,7 @@ def _on_own_axes(scan: xr.Dataset) -> xr.DataArray:
     for axis in (d for d in DIMS[1:] if d in brdf.dims):
         angles, (low, high) = brdf[axis].values, RANGES[axis]
         if (np.diff(angles) <= 0).any() or angles.min() < low or angles.max() > high:
-            raise ValueError(f"{axis} must rise from each value to the next, within {low:g} to {high:g} deg")
+            raise ValueError(f"{axis} must ascend, within {low:g} to {high:g} deg")
     return brdf
 
 
@@ -263,7 +265,7 @@ def _symmetry(scan: xr.Dataset, axes: dict[str, npt.NDArray[np.float64]], dims: 
 
 
 def _stored_tis(scan: xr.Dataset, dims: tuple[str, ...], shape: tuple[int, ...]) -> npt.NDArray[np.float64] | None:
-    """The TIS that was read with the values, where it is still there for each table."""
+    """The TIS that was read with the values; None where the scan does not have it for each table."""
     if "tis" not in scan or set(scan["tis"].dims) != set(dims[:-2]) or not np.isfinite(scan["tis"].values).all():
         return None
     stored = scan["tis"].sel(channel=["X", "Y", "Z"]) if "channel" in dims else scan["tis"]
@@ -276,9 +278,10 @@ def _integral(
     axes: dict[str, npt.NDArray[np.float64]],
     scan: xr.Dataset,
 ) -> npt.NDArray[np.float64]:
-    """Total integrated scatter: f cos(theta_r) over the stored directions by the trapezoidal rule about the specular.
+    """Total integrated scatter (TIS): the integral of f cos(theta_r) over the stored directions.
 
-    Azimuths within 0 to 180 of a plane-symmetrical table stand for both sides; those of others close the circle.
+    It uses the trapezoidal rule in the angles about the specular direction. Azimuths within 0 to 180 of a
+    plane-symmetrical table count for both sides; others close the circle.
     """
     cosine = np.clip(np.cos(np.radians(theta_r)), 0.0, None).reshape(1, *values.shape[1:])
     phi, theta = np.radians(axes["phi_s"]), np.radians(axes["theta_s"])

@@ -74,7 +74,7 @@ def _read(name: str, theta_i: float, t: Values, f: Values, floor: float | None) 
     # In units of a power of two near the largest value, which changes no digit: squares of values cannot overflow then,
     # and the tolerance of the non-negative least squares, which is absolute, means the same for every scan.
     unit = 2.0 ** math.frexp(float(np.max(np.abs(f), initial=0.0)))[1]
-    f = f / unit
+    f = np.asarray(f, dtype=float) / unit  # single precision would not hold the unit of its largest values
 
     def failed(status: Reading, peak: float = math.nan, used: float = math.nan) -> HalfWidth:
         return HalfWidth(name, theta_i, math.nan, math.nan, peak * unit, used * unit, status)

@@ -1,4 +1,4 @@
-"""Fresnel reflectance of a smooth facet (formulas 1), and how a term gains it."""
+"""Fresnel reflectance of a smooth facet (formulas 1), and terms multiplied by it."""
 
 import functools
 from typing import Annotated
@@ -20,11 +20,11 @@ def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
 
 
 def reflectances(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array, Array, Array]:
-    """|r_s|^2, |r_p|^2 and both parts of r_s r_p* of complex index n + i k, in real arithmetic (formulas 1).
+    """|r_s|^2, |r_p|^2 and the real and imaginary part of r_s r_p*, for complex index n + i k, in real arithmetic.
 
-    q = a + i b is the root of m^2 - sin^2 beta. Its larger part is taken by a root and the other by division, so that
-    nothing is singular at total reflection (k = 0, n < sin beta) and an index of 1 reflects exactly nothing. The p
-    amplitude follows from r_p = -r_s (q cos beta - sin^2 beta)/(q cos beta + sin^2 beta).
+    q = a + i b is the root of m^2 - sin^2 beta, m = n + i k (formulas 1). The larger of a and b is computed by a root
+    and the other by division, so that nothing is singular at total reflection (k = 0, n < sin beta) and the reflectance
+    at an index of 1 is exactly 0. The p amplitude is r_p = -r_s (q cos beta - sin^2 beta)/(q cos beta + sin^2 beta).
     """
     xp = namespace(cos_beta)
     cos2 = cos_beta**2
@@ -44,7 +44,7 @@ def reflectances(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array, Arr
 
 
 def with_fresnel(term: Term, n: float, k: float) -> Term:
-    """`term` times the Fresnel reflectance of index n + i k: the F that guo2023 prints in eq 3 and leaves in ks."""
+    """`term` times the Fresnel reflectance of index n + i k: the F of guo2023's eq 3, which the paper has in ks."""
 
     @functools.wraps(term)
     def product(g: Geometry, **shape: Array) -> Array:

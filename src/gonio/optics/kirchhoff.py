@@ -1,6 +1,6 @@
 """Scalar diffraction from Gaussian rough surfaces, and the variables that scatter models share (formulas 7.6, 7.7).
 
-The specular delta, which keeps exp(-g) of the light, is part of no function here: it has no finite BRDF.
+The specular delta, with its share exp(-g) of the light, is in none of these functions: it has no finite BRDF.
 """
 
 import math
@@ -20,8 +20,8 @@ _NUMBERS = [float(m) for m in range(1, 129)]
 _LOG_FACTORIALS = [math.lgamma(m + 1.0) for m in _NUMBERS]
 _STEP = 0.25
 _SPREAD = [_STEP * k - 4 for k in range(41)]  # the root of a Poisson number has a standard deviation of 1/2
-_COUNTS = (16, 32, 64, 128)  # lengths of sums that are told apart
-_PORTION = 2**15  # terms at once, which a processor's cache holds
+_COUNTS = (16, 32, 64, 128)  # lengths of sums: each value gets the shortest that suffices
+_PORTION = 2**15  # terms at once: they fit into a processor's cache
 
 
 def shift_squared(g: Geometry) -> Array:
@@ -31,7 +31,7 @@ def shift_squared(g: Geometry) -> Array:
 
 
 def phase_variance(g: Geometry, rms_height: Array, wavelength: Array) -> Array:
-    """The g of scatter theory: variance of the optical phase that the heights give [rad^2] (formulas 7.7)."""
+    """The g of scatter theory: variance of the optical phase due to the heights [rad^2] (formulas 7.7)."""
     return (2 * math.pi * rms_height / wavelength * (g.cos_i + g.cos_r)) ** 2
 
 
@@ -51,47 +51,49 @@ def kirchhoff_obliquity(g: Geometry) -> Array:
     return (g.cos_beta / g.cos_alpha) ** 2 / (g.cos_i * g.cos_r)
 
 
-def poisson_mean(of: Callable[..., Array], variance: Array, tail: Array, *more: Array) -> Array:
-    """Mean of `of(m, tail, *more)` over the Poisson numbers m > 0 of this variance; `of` falls as exp(-tail/m).
+def poisson_mean(function: Callable[..., Array], variance: Array, tail: Array, *more: Array) -> Array:
+    """Mean of `function(m, tail, *more)` over the Poisson numbers m > 0 of this variance; it must fall as exp(-tail/m).
 
-    All numbers up to a variance of 40, within the first 128. Beyond, samples at even spacings of sqrt(m), which is
-    nearly Gaussian: the trapezium rule and Stirling's formula are then good to 2e-11, so both meet without a step and
-    no variance is too large.
+    Up to a variance of 40 it is the sum over all numbers among the first 128. Beyond, it is the trapezium rule over
+    sqrt(m), which is nearly Gaussian, with Stirling's formula. That is good to 2e-11, so the two meet without a step,
+    and no variance is too large.
     """
     xp = namespace(variance)
     rough = variance > _ROUGH
     numbers = constants([_NUMBERS, _LOG_FACTORIALS], variance)
     if not is_traced_never(variance):
-        smooth = _summed(of, numbers, xp.where(rough, _ROUGH, variance), tail, *more)
-        return xp.where(rough, _sampled(of, xp.where(rough, variance, _ROUGH), tail, *more), smooth)
-    # only NumPy can tell which sum is needed where, and how long: terms beyond are below 1e-15 of the sum
-    given = xp.broadcast_arrays(variance, tail, *more)
-    flat = [xp.reshape(array, (-1,)) for array in given]
+        smooth = _summed(function, numbers, xp.where(rough, _ROUGH, variance), tail, *more)
+        return xp.where(rough, _sampled(function, xp.where(rough, variance, _ROUGH), tail, *more), smooth)
+    # Only with NumPy can the sum and its length be chosen for each value: terms beyond are below 1e-15 of the sum.
+    full = xp.broadcast_arrays(variance, tail, *more)
+    flat = [xp.reshape(array, (-1,)) for array in full]
     needed = flat[0] + 9 * xp.sqrt(flat[0]) + 7 + 1.3 * xp.sqrt(flat[1])
     kind = xp.where(flat[0] > _ROUGH, len(_COUNTS), xp.searchsorted(_COUNTS[:-1], needed))
-    found = xp.empty_like(flat[0])
+    means = xp.empty_like(flat[0])
     for k, count in enumerate((*_COUNTS, len(_SPREAD))):
-        places, some = xp.nonzero(kind == k)[0], _PORTION // count
-        for start in range(0, len(places), some):
-            at = places[start : start + some]
-            part = [array[at] for array in flat]
-            found[at] = _summed(of, numbers[:, :count], *part) if k < len(_COUNTS) else _sampled(of, *part)
-    return xp.reshape(found, given[0].shape)
+        indices, portion = xp.nonzero(kind == k)[0], _PORTION // count
+        for start in range(0, len(indices), portion):
+            rows = indices[start : start + portion]
+            part = [array[rows] for array in flat]
+            means[rows] = (
+                _summed(function, numbers[:, :count], *part) if k < len(_COUNTS) else _sampled(function, *part)
+            )
+    return xp.reshape(means, full[0].shape)
 
 
 def _order(m: Array, tail: Array) -> Array:
-    """The light diffracted into one order, over its probability."""
+    """The light diffracted into the order m, over its Poisson probability: exp(-tail/m)/m."""
     return namespace(m).exp(-tail / m) / m
 
 
-def _summed(of: Callable[..., Array], numbers: Array, variance: Array, *more: Array) -> Array:
-    """The mean over numbers, which come with the logarithms of their factorials."""
+def _summed(function: Callable[..., Array], numbers: Array, variance: Array, *more: Array) -> Array:
+    """The mean over numbers (2, m): m in the first row, ln m! in the second."""
     xp, v, m = namespace(variance), variance[..., None], numbers[0, :]
     probability = xp.exp(m * xp.log(v) - v - numbers[1, :])
-    return xp.sum(probability * of(m, *(array[..., None] for array in more)), axis=-1)
+    return xp.sum(probability * function(m, *(array[..., None] for array in more)), axis=-1)
 
 
-def _sampled(of: Callable[..., Array], variance: Array, *more: Array) -> Array:
+def _sampled(function: Callable[..., Array], variance: Array, *more: Array) -> Array:
     """The mean by the trapezium rule over sqrt(m), with Stirling's formula in terms of sqrt(m/v)."""
     xp, root, spread = namespace(variance), variance[..., None] ** 0.5, constants(_SPREAD, variance)
     m, ratio = (root + spread) ** 2, spread / root
@@ -99,4 +101,4 @@ def _sampled(of: Callable[..., Array], variance: Array, *more: Array) -> Array:
     logarithm = spread * (2 * root + spread) - 4 * m * xp.atanh(ratio / (2 + ratio))
     logarithm = logarithm - xp.log(2 * math.pi * m) / 2 - 1 / (12 * m) + 1 / (360 * m**3)
     probability = 2 * _STEP * (root + spread) * xp.exp(logarithm)
-    return xp.sum(probability * of(m, *(array[..., None] for array in more)), axis=-1)
+    return xp.sum(probability * function(m, *(array[..., None] for array in more)), axis=-1)

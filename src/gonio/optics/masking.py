@@ -21,14 +21,15 @@ def smith(lambda_i: Array, lambda_r: Array) -> Array:
 
 
 def smith_uncorrelated(lambda_i: Array, lambda_r: Array) -> Array:
-    """The product of Smith's masking of either direction alone: too dark where both see the same facets."""
+    """The product of Smith's masking of each direction alone: too low where both directions reach the same facets."""
     return 1 / ((1 + lambda_i) * (1 + lambda_r))
 
 
 def van_ginneken(g: Geometry, lambda_i: Array, lambda_r: Array) -> Array:
     """Smith's masking and shadowing, correlated by the azimuth between the directions (vanginneken1998).
 
-    Along the way of the light nothing that is lit is hidden; on the opposite side the heights alone correlate, nearly.
+    Where the azimuths agree, every lit facet is visible, and only the larger Lambda counts. At opposite azimuths it is
+    nearly `smith`, whose only correlation is that of the heights.
     """
     xp = namespace(lambda_i)
     correlation = 4.41 * _azimuth(g)
@@ -97,8 +98,8 @@ def student_lambda(cos: Array, width: Array, c: Array) -> Array:
     second = root * end * xp.sum(weights * cosh_power, axis=-1)
     first = (c - 1 + x**2) ** (1.5 - c) / x
     scale = xp.exp(special("gammaln", c - 0.5) - special("gammaln", c)) / math.sqrt(math.pi)
-    found = scale * ((c - 1) ** c / (2 * c - 3) * first + root * second) - 0.5
-    return xp.where(found < 0.0, 0.0, found)
+    smith_lambda = scale * ((c - 1) ** c / (2 * c - 3) * first + root * second) - 0.5
+    return xp.where(smith_lambda < 0.0, 0.0, smith_lambda)
 
 
 @once_each
@@ -110,7 +111,9 @@ def exponential_power_lambda(cos: Array, width: Array, p: Array) -> Array:
     """
     xp = namespace(cos)
     x = cos / (width * _sine(cos))
-    nearest = x ** (2 * p)  # exponent of the least slope that hides; the next 40 and a bit hold all that are steeper
+    nearest = x ** (
+        2 * p
+    )  # exponent of the least slope that hides the direction; steeper ones count over the next 40 or so
     reach = (40 + 4 / p) / xp.where(nearest > 1e3, 1e3, nearest)
     end = xp.asinh(xp.sqrt((1 + reach) ** (1 / p) - 1))
     start = xp.where(end > 14.0, end - 14, 0.0)  # the integrand grows as e^(3 s)

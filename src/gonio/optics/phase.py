@@ -1,4 +1,4 @@
-"""The phase angle, 2 beta between the two directions, and what surfaces with a hot spot ask of it."""
+"""The phase angle, 2 beta between the two directions, and functions of it for models with a hot spot."""
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry

@@ -1,8 +1,9 @@
 """How reflected directions are drawn in proportion to a term times cos(theta_r), or nearly so.
 
-Every class here is a `gonio.model.Sampler`. Numbers u and v lie in 0..1, 1 excluded. `of` turns the shape parameters of
-the term, by name, into those of the law that is drawn, in order; it takes what it needs and passes over the rest. A
-direction below the horizon stands for light that is lost; those that have no direction at all point straight down.
+Every class here is a `gonio.model.Sampler`, whose methods have their documentation there. Numbers u and v are uniform
+in 0..1, 1 excluded. `of` turns the shape parameters of the term, by name, into those of the distribution that is drawn,
+in order, and ignores the others. A direction below the horizon stands for light that is lost; where a point of a
+distribution is no direction at all, it is the downward normal.
 """
 
 import math
@@ -18,8 +19,8 @@ from gonio.optics.phase import guarded_root
 Directed = tuple[Array, Array, Array]
 Law = Callable[..., tuple[Array, ...]]
 
-FARTHEST = 4.0  # squared distance of two directions in direction cosines
-BISECTIONS, NEWTON_STEPS = 8, 16  # the second finish what the first have bracketed to a twentieth
+FARTHEST = 4.0  # largest squared distance of two directions in direction cosines
+BISECTIONS, NEWTON_STEPS = 8, 16  # bisection brackets the slope to about 1/20, Newton's method then converges
 BEYOND = 7.0  # Gaussian slopes over sqrt(2) sigma beyond this have probability 1e-22
 
 
@@ -65,7 +66,7 @@ class RetroLobe:
 
 @dataclass(frozen=True)
 class PolarLobe:
-    """A lobe of theta_r alone: `angle` draws the squared angle [rad^2] and `law` is its density."""
+    """A lobe that depends on theta_r alone: `angle` draws the squared angle [rad^2] and `law` is its density."""
 
     angle: Callable[..., Array]
     law: Callable[..., Array]
@@ -84,9 +85,10 @@ class PolarLobe:
 
 @dataclass(frozen=True)
 class FacetNormals:
-    """Facet normals by the area that they project on the surface: D cos(alpha), reflected (walter2007).
+    """The mirror image of the incident light in facets drawn by projected area, D cos(alpha) (walter2007).
 
-    `distribution` is D(geometry, parameters) and `slopes` draws the two slopes by it.
+    `distribution` is D(geometry, parameters) and `slopes` draws the two slopes of a facet by it. The density of the
+    reflected direction is D cos(alpha)/(4 cos(beta)).
     """
 
     distribution: Callable[..., Array]
@@ -102,7 +104,7 @@ class FacetNormals:
 
 @dataclass(frozen=True)
 class VisibleGGX:
-    """GGX normals as the incident light sees them, reflected (heitz2018), drawn by a spherical cap (dupuy2023).
+    """The mirror image of the incident light in visible GGX normals (heitz2018), drawn by a spherical cap (dupuy2023).
 
     `of` gives the widths along and across the surface's x axis, which `distribution` takes too.
     """
@@ -127,7 +129,7 @@ class VisibleGGX:
 
 @dataclass(frozen=True)
 class VisibleBeckmann:
-    """Beckmann normals as the incident light sees them, reflected (heitz2014).
+    """The mirror image of the incident light in visible Beckmann normals (heitz2014).
 
     `of` gives the total rms slope, which `distribution` takes too.
     """
@@ -142,8 +144,8 @@ class VisibleBeckmann:
         sine = xp.sqrt(x * x + y * y)
         pole = sine == 0
         cos, sin = xp.where(pole, 1.0, x / xp.where(pole, 1.0, sine)), y / xp.where(pole, 1.0, sine)
-        towards, aside = _visible_slope(u, z, sine), _gaussian_slope(v)
-        return _mirrored(x_i, y_i, z_i, m * (cos * towards - sin * aside), m * (sin * towards + cos * aside))
+        along, across = _visible_slope(u, z, sine), _gaussian_slope(v)
+        return _mirrored(x_i, y_i, z_i, m * (cos * along - sin * across), m * (sin * along + cos * across))
 
     def density(self, g: Geometry, **shape: Array) -> Array:
         (m,) = self.of(**shape)
@@ -156,9 +158,9 @@ class VisibleBeckmann:
 
 @dataclass(frozen=True)
 class ShiftedPower:
-    """A power of the distance to the mirror direction in direction cosines: the cosine included, exactly.
+    """A power law of the distance to the mirror direction in direction cosines, (1 + B distance^2)^-C cos(theta_r).
 
-    `of` gives B > 0 and C of (1 + B distance^2)^-C.
+    `of` gives B > 0 and C. The cosine needs no rejection: it is the Jacobian from direction cosines to solid angle.
     """
 
     of: Law
@@ -178,7 +180,7 @@ class ShiftedPower:
 
 @dataclass(frozen=True)
 class Either:
-    """One sampler in a `share` of the cases and the other in the rest."""
+    """The first sampler in a `share` of the cases, else the second; u is rescaled within each share and used again."""
 
     first: Sampler
     second: Sampler
@@ -186,14 +188,14 @@ class Either:
 
     def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
         xp = namespace(u)
-        chosen = u < self.share
-        once = xp.where(chosen, u / self.share, (u - self.share) / (1 - self.share))
+        is_first = u < self.share
+        rescaled = xp.where(is_first, u / self.share, (u - self.share) / (1 - self.share))
         pairs = zip(
-            self.first.draw(x_i, y_i, z_i, once, v, **shape),
-            self.second.draw(x_i, y_i, z_i, once, v, **shape),
+            self.first.draw(x_i, y_i, z_i, rescaled, v, **shape),
+            self.second.draw(x_i, y_i, z_i, rescaled, v, **shape),
             strict=True,
         )
-        x, y, z = (xp.where(chosen, one, other) for one, other in pairs)
+        x, y, z = (xp.where(is_first, first, second) for first, second in pairs)
         return x, y, z
 
     def density(self, g: Geometry, **shape: Array) -> Array:
@@ -204,7 +206,10 @@ COSINE = CosineLobe(of=lambda **_: (1.0, 0.0))
 
 
 def _visible_slope(u: Array, cos: Array, sin: Array) -> Array:
-    """Slope towards the light, over m, of a Gaussian facet that light at this (stretched) angle sees; good to 1e-9."""
+    """Slope towards the light, over m, of Gaussian facets that light at this (stretched) angle reaches; good to 1e-9.
+
+    The root of _lit_area(slope) = u _lit_area(all): bisections first, then Newton's method kept within the bracket.
+    """
     xp = namespace(u)
     low, high = _least_slope(cos, sin) + 0 * u, 0 * u + BEYOND
     target = u * _lit_area(high, cos, sin)
@@ -218,20 +223,20 @@ def _visible_slope(u: Array, cos: Array, sin: Array) -> Array:
             continue
         rate = (cos + slope * sin) * xp.exp(-(slope**2)) / math.sqrt(math.pi)
         newton = slope - excess / xp.where(rate < 1e-30, 1e-30, rate)
-        # the ends included: a slope that is met exactly is an end itself
+        # The ends included: a slope that is exact has become an end of the bracket itself.
         slope = xp.where((newton >= low) & (newton <= high), newton, middle)
     return slope
 
 
 def _least_slope(cos: Array, sin: Array) -> Array:
-    """The slope, over m, from which a facet turns its back on the light."""
+    """The slope, over m, at which a facet is parallel to the light; facets of lesser slopes are not lit."""
     xp = namespace(cos)
     steep = cos < BEYOND * sin
     return xp.where(steep, -cos / xp.where(steep, sin, 1.0), -BEYOND)
 
 
 def _lit_area(slope: Array, cos: Array, sin: Array) -> Array:
-    """Area that the lit facets of slopes up to `slope` turn to the light, over the area of the surface."""
+    """Area, projected along the light, of the lit facets of slopes up to `slope`, over the area of the surface."""
     xp = namespace(slope)
     least = _least_slope(cos, sin)
     flat = (special("erf", slope) - special("erf", least)) / 2
@@ -239,6 +244,7 @@ def _lit_area(slope: Array, cos: Array, sin: Array) -> Array:
 
 
 def _gaussian_slope(v: Array) -> Array:
+    """Slope across the light, over m, which does not depend on the light."""
     slope = special("erfinv", 2 * v - 1)
     return namespace(slope).where(slope < -BEYOND, -BEYOND, slope)
 
@@ -250,6 +256,7 @@ def _mirrored(x: Array, y: Array, z: Array, slope_x: Array, slope_y: Array) -> D
 
 
 def _axis(x: Array, y: Array, z: Array, c: Array) -> Directed:
+    """The unit vector along (c x, c y, z)."""
     return _unit(c * x, c * y, z)
 
 
@@ -267,11 +274,11 @@ def _unit(x: Array, y: Array, z: Array) -> Directed:
 def _about(axis: Directed, drop: Array, v: Array) -> Directed:
     """The direction at 1 - cos = `drop` from an upward `axis`, turned by v (frame of duff2017)."""
     x, y, z = axis
-    across, aside = turned(guarded_root(drop * (2 - drop)), v)
+    first, second = turned(guarded_root(drop * (2 - drop)), v)
     a = 1 / (1 + z)
     along = 1 - drop
     return (
-        across * (1 - x * x * a) - aside * x * y * a + along * x,
-        aside * (1 - y * y * a) - across * x * y * a + along * y,
-        along * z - across * x - aside * y,
+        first * (1 - x * x * a) - second * x * y * a + along * x,
+        second * (1 - y * y * a) - first * x * y * a + along * y,
+        along * z - first * x - second * y,
     )

@@ -40,16 +40,16 @@ def components(
     title: str = "",
     most: int = 4,
 ) -> "Figure":
-    """One column an incidence angle, linear above and logarithmic below: every weight times its term.
+    """One column for each incidence angle, linear above and logarithmic below: every weight times its term.
 
-    `parts_at` gives the weighted terms at the directions of a flat scan, as compare.parts does.
+    `parts_at` gives the weighted terms at the directions of a flat scan, as Solution.components does.
     """
-    chosen, note = panel_curves(scan, most)
+    panels, note = panel_curves(scan, most)
     measured = "simulated" if "simulated" in scan.attrs else "measured"
     with house_style():
-        figure = new_figure(max(2.7 * len(chosen), 5.0) + 0.6, 5.4)
-        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col")
-        for k, curve in enumerate(chosen):
+        figure = new_figure(max(2.7 * len(panels), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(panels), squeeze=False, sharex="col")
+        for k, curve in enumerate(panels):
             parts = parts_at(curve.fine)
             for ax in axes[:, k]:
                 ax.plot(curve.theta_r, curve.measured, **MEASURED, label=measured)

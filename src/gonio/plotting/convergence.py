@@ -19,9 +19,9 @@ def convergence(
     relative: bool = False,
     title: str = "",
 ) -> "Figure":
-    """Best E (eq 11) of every chain over the iterations, on logarithmic axes; `exact` draws the least E there is.
+    """Best E (eq 11) of every chain over the iterations, on logarithmic axes; `exact` draws the least possible E.
 
-    `relative` says that the histories are divided by it.
+    `relative` says that the histories are divided by the least E.
     """
     with house_style():
         figure = new_figure(6.2, 3.7)

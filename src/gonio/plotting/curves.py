@@ -39,23 +39,23 @@ def curves(
     bands: Mapping[str, Band] | None = None,
     most: int = 6,
 ) -> "Figure":
-    """One column an incidence angle, linear above and logarithmic below; dots are measured, lines the fits.
+    """One column for each incidence angle, linear above and logarithmic below; dots are measured, lines the fits.
 
     Bars are the standard uncertainties that the scan states, shades the 95 % bands of fits that have one. `normalised`
     divides every curve by its own value at the specular angle, as the paper draws them.
     """
-    chosen, note = panel_curves(scan, most)
+    panels, note = panel_curves(scan, most)
     measured = "simulated" if "simulated" in scan.attrs else "measured"
     with house_style():
-        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 5.4)
-        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col")
-        for k, curve in enumerate(chosen):
+        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(panels), squeeze=False, sharex="col")
+        for k, curve in enumerate(panels):
             for ax in axes[:, k]:
                 _draw(ax, curve, fits, measured, normalised)
                 _shade(ax, curve, fits, bands or {})
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
             axes[1, k].set_yscale("log")
-            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
+            axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
             _log_limits(axes[1, k])
         for row, scale in enumerate(("linear", "logarithmic")):
             unit = "f / f(θᵢ)" if normalised else BRDF_LABELS[dataset.unit(scan)]

@@ -25,34 +25,35 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def difference_figure(found: Difference, name: str, reference: str, *, most: int = 6) -> "Figure":
-    """One column an incidence angle: both sets on a logarithmic axis, then the difference in per cent of the reference.
+def difference_figure(difference: Difference, name: str, reference: str, *, most: int = 6) -> "Figure":
+    """One column for each incidence angle: both sets on a logarithmic axis, and their difference in per cent below.
 
-    Dots are the reference, crosses the other where it was measured at that direction, open ones where interpolated.
+    The difference is that of the set `name` from the set `reference`, relative to the latter. Dots are the reference,
+    crosses the other where it was measured at that direction, circles where it was interpolated.
     """
-    chosen, note = panel_curves(found.points, most)
+    panels, note = panel_curves(difference.points, most)
     with house_style():
-        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 5.4)
-        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col", height_ratios=(2, 1))
-        for k, curve in enumerate(chosen):
+        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 5.4)
+        axes = figure.subplots(2, len(panels), squeeze=False, sharex="col", height_ratios=(2, 1))
+        for k, curve in enumerate(panels):
             _values(axes[0, k], curve, name, reference)
             _errors(axes[1, k], curve)
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
-            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
-        axes[0, 0].set_ylabel(BRDF_LABELS[dataset.unit(found.points)])
+            axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
+        axes[0, 0].set_ylabel(BRDF_LABELS[dataset.unit(difference.points)])
         axes[1, 0].set_ylabel("difference [%]")
         shared_legend(figure, axes[0, 0])
-        heading(figure, f"{name} against {reference}", f"rms {100 * found.rms:.3g} % by solid angle", note)
+        heading(figure, f"{name} against {reference}", f"rms {100 * difference.rms:.3g} % by solid angle", note)
     return figure
 
 
 def _values(ax: "Axes", curve: Curve, name: str, reference: str) -> None:
-    other, exact = curve.points["other"].values, curve.points["exact"].values
+    values, exact = curve.points["other"].values, curve.points["exact"].values
     ax.plot(curve.theta_r, curve.measured, **MEASURED, label=reference, zorder=1)
     style: dict[str, Any] = {"linestyle": "none", "markersize": 4, "color": COLOURS[0], "zorder": 2}
-    ax.plot(curve.theta_r[exact], other[exact], marker="x", **style, label=f"{name}, measured")
+    ax.plot(curve.theta_r[exact], values[exact], marker="x", **style, label=f"{name}, measured")
     if not exact.all():
-        ax.plot(curve.theta_r[~exact], other[~exact], marker="o", mfc="none", **style, label=f"{name}, interpolated")
+        ax.plot(curve.theta_r[~exact], values[~exact], marker="o", mfc="none", **style, label=f"{name}, interpolated")
     if (curve.measured > 0).any():
         ax.set_yscale("log", nonpositive="mask")
     mark_specular(ax, curve.theta_i)

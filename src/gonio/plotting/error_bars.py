@@ -16,7 +16,7 @@ HATCHES = ("", "///", "...", "xx")
 def error_bars(
     errors: Mapping[str, Mapping[str, Sequence[float]]], theta_i: Sequence[float], *, metric: str, title: str = ""
 ) -> "Figure":
-    """`errors[model][sample]` holds one value an incidence angle; each bar stacks the models' errors."""
+    """`errors[model][sample]` has one value for each incidence angle; each bar stacks the errors of all models."""
     samples = list(next(iter(errors.values())))
     with house_style():
         figure = new_figure(max(1.9 * len(samples), 4.0) + 0.8, 3.7)

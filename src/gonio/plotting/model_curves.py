@@ -1,4 +1,4 @@
-"""A model alone, in the plane of incidence: one curve an incidence angle."""
+"""A model without data, in the plane of incidence: one curve for each incidence angle."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from gonio.plotting.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DECADES = 1e6  # below this share of the maximum a curve is nothing that a goniometer sees
+DECADES = 1e6  # the axis ends this many times below the maximum: no goniometer measures less
 
 
 def model_curves(model: Model, values: Mapping[float, Mapping[str, float]], unit: str, title: str = "") -> "Figure":
@@ -30,9 +30,10 @@ def model_curves(model: Model, values: Mapping[float, Mapping[str, float]], unit
         figure = new_figure(6.4, 3.6)
         ax = figure.add_subplot()
         least, most = np.inf, 0.0
-        for k, (theta_i, given) in enumerate(values.items()):
+        for k, (theta_i, parameters) in enumerate(values.items()):
             theta_r = np.unique(np.append(np.linspace(-89, 89, 1425), theta_i))
-            f = np.broadcast_to(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), given), theta_r.shape)
+            geometry = Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r)
+            f = np.broadcast_to(model(geometry, parameters), theta_r.shape)
             ax.plot(theta_r, f, **line_style(k), label=f"θᵢ = {theta_i:g}°")
             mark_specular(ax, theta_i)
             least, most = min(least, float(f.min())), max(most, float(f.max()))

@@ -1,4 +1,4 @@
-"""What the in-plane figures share: which curves a scan offers, and fine grids to draw a model on."""
+"""Shared by the in-plane figures: which curves of a scan are drawn, and fine grids for the curves of models."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -26,11 +26,12 @@ class Curve:
 
     @property
     def measured(self) -> Values:
+        """The measured BRDF of the curve's points."""
         return np.asarray(self.points["brdf"].values)
 
 
 def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve], str]:
-    """The in-plane curves to draw, evenly chosen where there are more than `most`, and what was left out in words.
+    """The in-plane curves to draw, evenly chosen if they are more than `most`, and in words what is not drawn.
 
     A scan of several channels, wavelengths or scans shows the first; ValueError where no curve is in plane.
     """
@@ -40,13 +41,13 @@ def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve]
     if first:
         flat = dataset.select(flat, first)
         notes.append(", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items()))
-    found = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
-    if not found:
+    in_plane = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
+    if not in_plane:
         raise ValueError("the scan holds no in-plane curve to draw")
-    if len(found) > most:
-        notes.append(f"{most} of {len(found)} incidence angles")
-        found = [found[k] for k in np.unique(np.linspace(0, len(found) - 1, most).round().astype(int))]
-    return [_curve(flat, key, rows) for key, rows in found], "; ".join(notes)
+    if len(in_plane) > most:
+        notes.append(f"{most} of {len(in_plane)} incidence angles")
+        in_plane = [in_plane[k] for k in np.unique(np.linspace(0, len(in_plane) - 1, most).round().astype(int))]
+    return [_curve(flat, key, rows) for key, rows in in_plane], "; ".join(notes)
 
 
 def _curve(flat: xr.Dataset, key: dict[str, Any], rows: npt.NDArray[np.intp]) -> Curve:

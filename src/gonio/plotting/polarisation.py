@@ -21,8 +21,8 @@ FAINTEST = 0.02  # share of linear polarisation below which its angle is not dra
 def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]], *, title: str = "") -> "Figure":
     """Top views side by side, each a name with its incidence angle [deg] and Stokes vectors (..., 4) of directions.
 
-    Colour is the degree of linear polarisation. Strokes show how the electric field of the leaving light lies when one
-    looks down on the surface: tangential is s, radial is p. Where the light is hardly polarised there is none.
+    Colour is the degree of linear polarisation. Strokes show the direction of the electric field of the reflected light
+    as seen from above: tangential is s, radial is p. Where the degree is below FAINTEST there is no stroke.
     """
     with house_style():
         columns = min(len(panels), 2)
@@ -61,12 +61,12 @@ def _strokes(ax: Any, light: Callable[[Geometry], Values], theta_i: float) -> No
     shown = share > FAINTEST
     angle = np.radians(angle_of_linear_polarisation(vectors))
     # on the page s = k x z points clockwise and p = k x s outwards
-    at = np.radians(azimuth - 180.0)
-    s = np.array([np.sin(at), -np.cos(at)])
-    p = np.array([np.cos(at), np.sin(at)])
+    page_angle = np.radians(azimuth - 180.0)
+    s = np.array([np.sin(page_angle), -np.cos(page_angle)])
+    p = np.array([np.cos(page_angle), np.sin(page_angle)])
     field = np.cos(angle) * s + np.sin(angle) * p
     ax.quiver(
-        at[shown],
+        page_angle[shown],
         distance[shown],
         field[0][shown],
         field[1][shown],

@@ -16,36 +16,36 @@ if TYPE_CHECKING:
 COLUMNS = 4
 
 
-def profiles(found: Sequence[Profile], uncertainties: Mapping[str, float], *, title: str = "") -> "Figure":
-    """One panel a value: the rise of the cost, the interval within the level, and what a linear model would give."""
-    rows, columns = -(-len(found) // COLUMNS), min(len(found), COLUMNS)
+def profiles(results: Sequence[Profile], uncertainties: Mapping[str, float], *, title: str = "") -> "Figure":
+    """One panel for each value: the rise of the cost, the interval, and the parabola of the standard uncertainty."""
+    rows, columns = -(-len(results) // COLUMNS), min(len(results), COLUMNS)
     with house_style():
         figure = new_figure(max(2.3 * columns, 4.6) + 0.4, 2.3 * rows + 0.6)
         axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
-        for ax, one in zip(axes, found, strict=False):
-            _draw(ax, one, uncertainties[one.name])
-        for ax in axes[len(found) :]:
+        for ax, profile in zip(axes, results, strict=False):
+            _draw(ax, profile, uncertainties[profile.name])
+        for ax in axes[len(results) :]:
             ax.set_visible(False)
         for ax in axes[::columns]:
             ax.set_ylabel("rise of the cost [1]")
-        axes[0].set_ylim(-0.03 * found[0].factor ** 2, 1.5 * found[0].factor ** 2)
+        axes[0].set_ylim(-0.03 * results[0].factor ** 2, 1.5 * results[0].factor ** 2)
         shared_legend(figure, axes[0])
         heading(figure, title)
     return figure
 
 
-def _draw(ax: "Axes", one: Profile, uncertainty: float) -> None:
+def _draw(ax: "Axes", profile: Profile, uncertainty: float) -> None:
     from scipy.interpolate import PchipInterpolator
 
-    low, high = one.at[0], one.at[-1]
-    ax.axvspan(max(one.lower, low), min(one.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
+    low, high = profile.at[0], profile.at[-1]
+    ax.axvspan(max(profile.lower, low), min(profile.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
     fine = np.linspace(low, high, 201)
-    smooth = PchipInterpolator(one.at, one.rise)(fine) if low < high else np.zeros_like(fine)
+    smooth = PchipInterpolator(profile.at, profile.rise)(fine) if low < high else np.zeros_like(fine)
     ax.plot(fine, smooth**2, color=COLOURS[0], linewidth=1.5, label="profile")
-    ax.plot(one.at, one.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
+    ax.plot(profile.at, profile.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
     if np.isfinite(uncertainty):
-        parabola = ((fine - one.value) / uncertainty) ** 2
+        parabola = ((fine - profile.value) / uncertainty) ** 2
         ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
-    ax.axhline(one.factor**2, color="0.4", linewidth=0.8, label=f"{100 * one.level:g} % level")
-    ax.set_xlabel(f"{one.name} [{unit_label(one.unit) or '1'}]")
+    ax.axhline(profile.factor**2, color="0.4", linewidth=0.8, label=f"{100 * profile.level:g} % level")
+    ax.set_xlabel(f"{profile.name} [{unit_label(profile.unit) or '1'}]")
     ax.locator_params(axis="x", nbins=4)

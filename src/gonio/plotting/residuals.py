@@ -1,4 +1,4 @@
-"""What a fit leaves over: the difference between model and measurement along every curve."""
+"""Residuals of a fit: the difference between model and measurement along every curve."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "", most: int = 6) -> "Figure":
-    """One column an incidence angle: above the difference over the curve's largest value, below over each value."""
-    chosen, note = panel_curves(scan, most)
+    """One column for each incidence angle: above the difference over the curve's peak, below over each value."""
+    panels, note = panel_curves(scan, most)
     with house_style():
-        figure = new_figure(max(2.5 * len(chosen), 5.0) + 0.6, 4.8)
-        axes = figure.subplots(2, len(chosen), squeeze=False, sharex="col", sharey="row")
-        for k, curve in enumerate(chosen):
+        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 4.8)
+        axes = figure.subplots(2, len(panels), squeeze=False, sharex="col", sharey="row")
+        for k, curve in enumerate(panels):
             for j, (name, predictor) in enumerate(fits.items()):
                 error = predictor(curve.points) - curve.measured
                 positive = curve.measured > 0
@@ -37,7 +37,7 @@ def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "
                 relative = 100 * error[positive] / curve.measured[positive]
                 axes[1, k].plot(curve.theta_r[positive], relative, **style)
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
-            axes[1, k].set_xlabel(THETA_R if len(chosen) < 5 else "θᵣ [deg]")
+            axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
             for ax in axes[:, k]:
                 ax.axhline(0, color="0.4", linewidth=0.8)
                 mark_specular(ax, curve.theta_i)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SPECTRAL = "wavelength"
 MOST_COLUMNS = 3
-MOST_LINES = 7  # as many as there are colours
+MOST_LINES = 7  # one for each colour
 
 Parameters = Mapping[str, Mapping[str, Any]]  # as Solution.parameters gives them
 
@@ -22,11 +22,11 @@ Parameters = Mapping[str, Mapping[str, Any]]  # as Solution.parameters gives the
 def spectra(fits: Mapping[str, Parameters], *, title: str = "") -> "Figure":
     """One panel for each parameter with a value for each wavelength; bars are one standard uncertainty.
 
-    `fits` holds the parameters of each fit by its name. Other coordinates that group a parameter have a line each. A
-    hollow marker is a value that the data do not determine, or that is held.
+    `fits` holds the parameters of each fit by its name. A parameter that is grouped by other coordinates as well has a
+    line for each of their values. A hollow marker is a value that the data do not determine, or that is held.
     Raises ValueError where no parameter has one value for each wavelength, or a panel would hold too many lines.
     """
-    panels = {p: None for parameters in fits.values() for p, one in parameters.items() if _is_spectral(one)}
+    panels = {p: None for parameters in fits.values() for p, values in parameters.items() if _is_spectral(values)}
     if not panels:
         raise ValueError("spectra shows parameters with one value for each wavelength: this fit has none")
     with house_style():
@@ -34,9 +34,9 @@ def spectra(fits: Mapping[str, Parameters], *, title: str = "") -> "Figure":
         rows = -(-len(panels) // columns)
         figure = new_figure(max(2.9 * columns, 4.4) + 0.4, 2.5 * rows + 0.9)
         grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        known: dict[str, int] = {}
+        styles: dict[str, int] = {}  # the same line has the same style in every panel
         for ax, name in zip(grid, panels, strict=False):
-            _panel(ax, name, {fit: p[name] for fit, p in fits.items() if name in p and _is_spectral(p[name])}, known)
+            _panel(ax, name, {fit: p[name] for fit, p in fits.items() if name in p and _is_spectral(p[name])}, styles)
         for ax in grid[len(panels) :]:
             ax.remove()
         _legend(figure, grid[: len(panels)])
@@ -48,37 +48,38 @@ def _is_spectral(parameter: Mapping[str, Any]) -> bool:
     return SPECTRAL in parameter.get("by", "").split(",")
 
 
-def _panel(ax: "Axes", name: str, fits: Mapping[str, Mapping[str, Any]], known: dict[str, int]) -> None:
+def _panel(ax: "Axes", name: str, fits: Mapping[str, Mapping[str, Any]], styles: dict[str, int]) -> None:
     for fit, parameter in fits.items():
-        for which, points in _lines(parameter):
-            text = ", ".join(part for part in (fit, which) if part)
-            style = line_style(known.setdefault(text, len(known)))
-            if len(known) > MOST_LINES:
+        for group, points in _lines(parameter):
+            text = ", ".join(part for part in (fit, group) if part)
+            style = line_style(styles.setdefault(text, len(styles)))
+            if len(styles) > MOST_LINES:
                 raise ValueError(f"spectra has room for {MOST_LINES} lines: fit fewer models, or group by fewer values")
             x, y, spread = np.array(sorted(points), dtype=float).T
-            sure = np.isfinite(spread)
+            determined = np.isfinite(spread)
+            x_bars, y_bars = x[determined], y[determined]
             ax.plot(x, y, **style, label=text)
-            ax.errorbar(x[sure], y[sure], spread[sure], fmt="o", markersize=3, capsize=2, color=style["color"])
-            ax.plot(x[~sure], y[~sure], "o", markersize=4, markerfacecolor="white", color=style["color"])
+            ax.errorbar(x_bars, y_bars, spread[determined], fmt="o", markersize=3, capsize=2, color=style["color"])
+            ax.plot(x[~determined], y[~determined], "o", markersize=4, markerfacecolor="white", color=style["color"])
     unit = unit_label(str(next(iter(fits.values()))["unit"])) or "1"
     ax.set_xlabel("wavelength [nm]")
     ax.set_ylabel(f"{name} [{unit}]")
 
 
 def _lines(parameter: Mapping[str, Any]) -> Iterator[tuple[str, list[tuple[float, float, float]]]]:
-    """Each spectrum: what groups it beside the wavelength, and wavelength [nm], value and standard uncertainty."""
+    """Each spectrum: its group beside the wavelength, and wavelength [nm], value and standard uncertainty."""
     by = parameter["by"].split(",")
-    at = by.index(SPECTRAL)
-    found: dict[str, list[tuple[float, float, float]]] = {}
-    for group, value in parameter["values"].items():
-        labels = group.split(",")
-        which = ", ".join(f"{c} {v}" for c, v in zip(by, labels, strict=True) if c != SPECTRAL)
-        found.setdefault(which, []).append((float(labels[at]), value["value"], value["uncertainty"]))
-    yield from found.items()
+    spectral = by.index(SPECTRAL)
+    lines: dict[str, list[tuple[float, float, float]]] = {}
+    for key, value in parameter["values"].items():
+        labels = key.split(",")
+        group = ", ".join(f"{c} {v}" for c, v in zip(by, labels, strict=True) if c != SPECTRAL)
+        lines.setdefault(group, []).append((float(labels[spectral]), value["value"], value["uncertainty"]))
+    yield from lines.items()
 
 
 def _legend(figure: "Figure", panels: Any) -> None:
-    """Under all panels, where one line needs telling from another."""
+    """Under all panels, if a panel has more than one line."""
     most = max(panels, key=lambda ax: len(ax.get_legend_handles_labels()[1]))
     if len(most.get_legend_handles_labels()[1]) > 1:
         shared_legend(figure, most, columns=3)

@@ -1,4 +1,4 @@
-"""How every figure looks: colours that colour-blind readers tell apart, units on every axis, PNG and SVG."""
+"""The style of every figure: colours that colour-blind readers can distinguish, units on every axis, PNG and SVG."""
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
@@ -96,7 +96,7 @@ def heading(figure: "Figure", *parts: str) -> None:
 
 
 def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"), force: bool = False) -> list[Path]:
-    """Write a figure beside `path` in each format; FileExistsError where one is there and `force` is False."""
+    """Write a figure beside `path` in each format; FileExistsError if a file exists and `force` is False."""
     targets = [path.with_name(path.name + suffix) for suffix in suffixes]
     for target in targets:
         refuse_existing(target, force)

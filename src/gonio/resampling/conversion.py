@@ -1,4 +1,15 @@
-"""From any format to any other: what the target cannot hold is left out with a word or refused, never bent silently."""
+"""From any format to any other: what the target cannot hold is left out and named, or refused, never changed silently.
+
+Three steps, so that no writer of a format needs to decide anything:
+
+1. `fitted_to` reduces the scan to what the format declares in `Format.holds`. What is only lost is left out and named
+   (uncertainties, a mask, the number of a single wavelength). What would make the file say something false is refused
+   (relative data as absolute, one of several wavelengths as the only one).
+2. `laid_out` brings it to the directions that the format stores, by resample.py; a format without a layout stores the
+   scan's own directions. Gaps stay gaps, are filled where the user asked for it, or are refused.
+3. The format writes. The file is read again and compared with the scan after step 1 at the scan's own directions, so
+   the error includes resampling, the digits of the file, and every mistake of writer and reader.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,14 +24,16 @@ from gonio.formats.format import Format
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
-from gonio.resampling.resample import Filling, is_on, parts, resample
+from gonio.resampling.resample import Filling, is_on, resample, sets_of
 
 
 @dataclass(frozen=True)
 class Conversion:
     """What became of a scan on its way into a file.
 
-    error: the file as it reads now against the scan, at the scan's own directions.
+    scan: what was written, laid out for the format, with its history.
+    left_out: what the file does not hold, in words.
+    error: the file as it reads now against the scan, at the scan's own directions. It says nothing about others.
     """
 
     path: Path
@@ -42,53 +55,66 @@ def convert(
     """Write a scan in another format: reduced to what that can hold, resampled where it has a grid of its own.
 
     to: a format's name, where the suffix of `path` does not tell. `impose` and `filling` as for `resample`.
-    Raises ValueError, with the remedy, where the format would have to lie: relative data in a format that has absolute
-    ones, several wavelengths in one that has one, gaps in one that has none.
+    Raises ValueError, with the remedy, where the file would say something false: relative data in a format of absolute
+    ones, several wavelengths in a format of one, gaps in a format without any. FileExistsError where `path` exists and
+    `force` is False. Nothing is written then, nor where the file cannot be read again.
     """
-    chosen = writer(path, to)
-    assert chosen.write is not None
-    kept, left_out = fitted_to(scan, chosen)
-    ready = laid_out(kept, chosen, impose, filling)
-    if chosen.layout is not None and ready is not kept:
-        ready = add_history(ready, f"laid out as {chosen.title} stores it: {in_words(difference(ready, kept))}")
+    target = writer(path, to)
+    assert target.write is not None
+    reduced, left_out = fitted_to(scan, target)
+    ready = laid_out(reduced, target, impose, filling)
+    # The history is part of the file, so the error that it states is that of the values before they are written.
+    if target.layout is not None and ready is not reduced:
+        ready = add_history(ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced))}")
     if left_out:
-        ready = add_history(ready, f"left out for {chosen.title}: {'; '.join(left_out)}")
+        ready = add_history(ready, f"left out for {target.title}: {'; '.join(left_out)}")
+    # Read back under its temporary name: a file that cannot be read never takes the place of one that can.
     with replacing(path, force) as temporary:
-        chosen.write(ready, temporary)
-        found = chosen.read(temporary)
-        if (own := dataset.unit(found)) != dataset.unit(kept):
-            left_out.append(f"the unit: the file reads as {own}")
-            kept = kept.assign(brdf=kept["brdf"].assign_attrs(units=own))
-        error = difference(found, kept)
-    return Conversion(Path(path), chosen, ready, tuple(left_out), error)
+        target.write(ready, temporary)
+        written = target.read(temporary)
+        # A format may keep values and not their unit. The numbers can be compared all the same, under the file's unit.
+        if (unit := dataset.unit(written)) != dataset.unit(reduced):
+            left_out.append(f"the unit: the file reads as {unit}")
+            reduced = reduced.assign(brdf=reduced["brdf"].assign_attrs(units=unit))
+        error = difference(written, reduced)
+    return Conversion(Path(path), target, ready, tuple(left_out), error)
 
 
 def in_words(error: Difference) -> str:
-    """The error of a resampling in one line."""
+    """The error of a resampling in one line, with how many directions have no value any more."""
     if not error.missing and not error.error.any():
-        return "every value exact"
+        return "every value exact"  # to the last bit, not to the digits of a percentage
     text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_steep:.3g} % within {STEEP:g} deg of "
     text += f"the normal; bias {100 * error.bias:.2g} %"
     return text + (f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else "")
 
 
 def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
-    """The scan without what the format cannot hold, and what that was; ValueError where leaving it out would lie."""
+    """The scan without what the format cannot hold, and what that was, in words such as "wavelength 650.0".
+
+    `target.holds` says what it can hold, and nothing is known here about any single format.
+    Raises ValueError where the file would say something false without it.
+    """
     holds = target.holds
     left_out: list[str] = []
+    # A list of directions that declares no quantity can hold any numbers. A format with a grid of its own holds a BRDF.
     if (quantity := scan.attrs.get("quantity", "")) != holds.quantity and (holds.quantity or target.layout is not None):
-        what = f"the data are {quantity}" if quantity else "the data are a BRDF"
-        raise ValueError(f"{what}, and {target.title} holds {holds.quantity or 'BRDFs'}: write another format")
+        raise ValueError(
+            f"the data are {quantity or 'a BRDF'}, and {target.title} holds {holds.quantity or 'BRDFs'}: "
+            "write another format"
+        )
     if dataset.unit(scan) == dataset.RELATIVE and not holds.relative:
         raise ValueError(
             f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "
-            f"{_that(lambda f: f.holds.relative)}"
+            f"{_formats_where(lambda f: f.holds.relative)}"
         )
     if "mode" in scan.coords and not holds.transmission and (scan["mode"] == "transmission").any():
+        # Reflection is a BRDF without the transmission; transmission alone would be read as reflection.
         if not (scan["mode"] == "reflection").any():
             raise ValueError(f"the data are of transmission, which {target.title} does not hold")
         scan = dataset.select(scan, {"mode": "reflection"})
         left_out.append("transmission")
+    # The number of a single wavelength can be left out. Which of several is wanted, only the user can say.
     for name in (n for n in SETS if n in scan.coords and n not in holds.sets):
         values = np.unique(scan[name].values)
         if values.size > 1:
@@ -98,52 +124,64 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
             )
         left_out.append(f"{name} {values[0]}")
         scan = scan.isel({name: 0}, drop=True) if name in scan.dims else scan.drop_vars(name)
-    scan, gone = _without_turns(scan, target)
-    left_out += gone
+    scan, removed = _without_turns(scan, target)
+    left_out += removed
     if "mask" in scan and not {"*", "mask"} & set(holds.variables):
+        # Without the mask a blocked or noisy reading would be read as a good one, so it becomes a gap.
         masked = int((scan["mask"] != 0).sum())
         scan = scan.assign(brdf=scan["brdf"].where(scan["mask"] == 0).assign_attrs(scan["brdf"].attrs)).drop_vars(
             "mask"
         )
         left_out.append(f"the mask: {masked} masked values became gaps" if masked else "an empty mask")
-    scan, gone = _without_variables(scan, target)
-    return scan, left_out + gone
+    scan, removed = _without_variables(scan, target)
+    return scan, left_out + removed
 
 
 def _without_turns(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
+    """Without phi_i where the format holds isotropic surfaces; ValueError for several, each a BRDF of its own."""
     if "phi_i" not in scan.coords or target.holds.anisotropic:
         return scan, []
     turns = np.unique(scan["phi_i"].values)
     if turns.size > 1:
         raise ValueError(
             f"the surface was turned to {turns.size} azimuths, and {target.title} holds an isotropic one: choose with "
-            f"--select phi_i={turns[0]:g}, or write {_that(lambda f: f.holds.anisotropic)}"
+            f"--select phi_i={turns[0]:g}, or write {_formats_where(lambda f: f.holds.anisotropic)}"
         )
     scan = scan.isel(phi_i=0, drop=True) if "phi_i" in scan.dims else scan.drop_vars("phi_i")
     return scan, [f"the surface's azimuth, {turns[0]:g} deg"]
 
 
 def _without_variables(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
-    """Without other variables than the format holds, except those of its own parameterisation."""
-    own = scan.attrs.get(PARAMETERISATION) == target.name
-    if own or "*" in target.holds.variables:
+    """Without other variables than the format holds, and the names of those, for the history.
+
+    A file's own parameterisation may need further variables, such as tables on other dimensions. A scan that goes back
+    into the same format keeps all of them. For another format those tables are not named as left out: they are no
+    values of the scan's directions. Nor is `line`, the line of the file that a value came from.
+    """
+    is_same_format = scan.attrs.get(PARAMETERISATION) == target.name
+    if is_same_format or "*" in target.holds.variables:
         return scan, []
-    gone = [str(n) for n in scan.data_vars if n not in ("brdf", "line", *target.holds.variables)]
-    said = [n for n in gone if set(scan[n].dims) <= set(scan["brdf"].dims)]
+    others = [str(n) for n in scan.data_vars if n not in ("brdf", "line", *target.holds.variables)]
+    removed = [n for n in others if set(scan[n].dims) <= set(scan["brdf"].dims)]
+    # Where the scan is resampled later, the parameterisation stays: it interpolates the scan as its format is read.
     if PARAMETERISATION in scan.attrs and target.layout is None:
         scan = flatten(scan)
-    return scan.drop_vars([n for n in gone if n in said and n in scan]), said
+    return scan.drop_vars([n for n in others if n in removed and n in scan]), removed
 
 
 def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: Filling | None) -> xr.Dataset:
-    """The scan at the directions that the format stores; ValueError where it needs values that are not there."""
+    """The scan at the directions that the format stores; the very scan where nothing has to be done.
+
+    Raises ValueError where the format needs a value in every place and the scan has gaps there.
+    """
     if target.layout is None:
         return _without_gaps(scan, target, impose, filling)
     onto = target.layout(scan)
     if is_on(scan, onto) and not impose and filling is None:
-        ready = scan
+        ready = scan  # with its other variables and its parameterisation, which resampling would drop
     else:
         ready = resample(scan, onto, impose=impose, filling=filling)
+        # Few formats have a place for where each value came from. The history says how many came from where.
         if "origin" in ready and not {"*", "origin"} & set(target.holds.variables):
             ready = ready.drop_vars("origin")
     if not target.holds.gaps:
@@ -152,41 +190,46 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
 
 
 def _refuse_gaps(ready: xr.Dataset, target: Format) -> None:
-    along = [d for d in ready["brdf"].dims if d not in SETS]
-    there = ready["brdf"].notnull().any(along)  # a set without any value, such as a side never lit, is no gap
-    above = ((ready["theta_r"] <= HORIZON) & (ready["theta_i"] <= HORIZON) & there).broadcast_like(ready["brdf"])
+    """ValueError, with what to do, if values above the horizon are missing."""
+    grid_dims = [d for d in ready["brdf"].dims if d not in SETS]
+    has_values = ready["brdf"].notnull().any(grid_dims)  # a set without any, such as a side never lit, has no gaps
+    above = ((ready["theta_r"] <= HORIZON) & (ready["theta_i"] <= HORIZON) & has_values).broadcast_like(ready["brdf"])
     gaps = int((np.isnan(ready["brdf"]) & above).sum())
     if gaps:
         raise ValueError(
             f"{target.title} stores a full grid, and {gaps} of its {int(above.sum())} values lie outside the data: "
             "fill them with --fill symmetry or --fill MODEL, which says so in the history, or write "
-            f"{_that(lambda f: f.holds.gaps or f.layout is None)}"
+            f"{_formats_where(lambda f: f.holds.gaps or f.layout is None)}"
         )
 
 
 def _without_gaps(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: Filling | None) -> xr.Dataset:
-    """For a format of scattered directions: a gap is a direction that is not there."""
+    """For a format of scattered directions: filled where asked for, and a remaining gap is a direction that is absent.
+
+    Symmetries and fillings need a resampling, onto the scan's own directions. A format whose files can say that a value
+    is missing gets the gaps as they are.
+    """
     if impose or filling is not None:
         if scan["brdf"].dims == ("direction",):  # each set at its own directions
-            done = [resample(part, part, impose=impose, filling=filling) for _, part in parts(scan)]
-            scan = xr.concat(done, dim="direction") if len(done) > 1 else done[0]
+            resampled = [resample(part, part, impose=impose, filling=filling) for _, part in sets_of(scan)]
+            scan = xr.concat(resampled, dim="direction") if len(resampled) > 1 else resampled[0]
         else:
             scan = resample(scan, scan, impose=impose, filling=filling)
-        scan = _without_variables(scan, target)[0]
+        scan = _without_variables(scan, target)[0]  # resampling may have added `origin`
     if target.holds.gaps:
         return scan
     flat = flatten(scan)
-    known = np.isfinite(flat["brdf"].values)
-    if known.all():
+    finite = np.isfinite(flat["brdf"].values)
+    if finite.all():
         return scan
-    flat = flat.isel(direction=np.flatnonzero(known))
+    flat = flat.isel(direction=np.flatnonzero(finite))
     return add_history(
-        flat, f"left out {int((~known).sum())} directions without a value, which {target.title} cannot hold"
+        flat, f"left out {int((~finite).sum())} directions without a value, which {target.title} cannot hold"
     )
 
 
-def _that(wanted: Callable[[Format], bool]) -> str:
-    """The names of the formats that can."""
+def _formats_where(wanted: Callable[[Format], bool]) -> str:
+    """The names of the formats that can be written and of which something is true, for an error message."""
     from gonio.formats import formats
 
     return " or ".join(f.name for f in formats().values() if f.write and wanted(f))

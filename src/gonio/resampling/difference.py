@@ -1,4 +1,15 @@
-"""Two sets of data at common directions: how far they are apart, weighted by solid angle."""
+"""Two sets of data at common directions: how much they differ, weighted by solid angle.
+
+With g the other's values and f the reference's at the same directions, and W the solid angle that each direction of
+the reference stands for (solid_angle.py),
+
+    rms = sqrt(sum W (g - f)^2 / sum W f^2),    bias = sum W (g - f) / sum W f,    largest = max |g - f| / |f|.
+
+Weights by solid angle make these numbers integrals over the hemisphere: many directions close together, as about a
+lobe, count no more than the few that cover the same angle elsewhere. The other is brought to the reference's directions
+by resample.py, so an error includes that of interpolation; the reference is never interpolated. Uncertainties take no
+part: whether a difference is significant is not said.
+"""
 
 import math
 from dataclasses import dataclass
@@ -11,19 +22,19 @@ import xarray as xr
 from gonio.measured import dataset
 from gonio.measured.dataset import ANGLES, DIRECTIONS, SETS
 from gonio.measured.solid_angle import solid_angles
-from gonio.resampling.resample import MEASURED, Filling, is_on, parts, resample
+from gonio.resampling.resample import MEASURED, Filling, is_on, resample, sets_of
 
 Values = npt.NDArray[np.float64]
-STEEP = 85.0  # deg
+STEEP = 85.0  # deg; beyond it from the normal a direction does not count for `rms_steep`
 
 
 @dataclass(frozen=True)
 class Difference:
     """One set of data against a reference, at the reference's directions.
 
-    points: the reference's values that both have, flat; with `other`, the other's values there, and `exact`, whether
-        the other was measured at that very direction rather than interpolated.
-    missing: the reference's values where the other has none.
+    points: the reference's values that both have, flat; with `other`, the other's values there, `exact`, whether the
+        other was measured at that very direction rather than interpolated, and `solid_angle` [sr].
+    missing: how many of the reference's values the other has none for.
     """
 
     points: xr.Dataset
@@ -31,23 +42,30 @@ class Difference:
 
     @property
     def error(self) -> Values:
-        """The other less the reference, at every common direction."""
-        found: Values = self.points["other"].values - self.points["brdf"].values
-        return found
+        """The other less the reference, at every common direction (n,), in the unit of both."""
+        error: Values = self.points["other"].values - self.points["brdf"].values
+        return error
 
     @property
     def weights(self) -> Values:
-        found: Values = self.points["solid_angle"].values
-        return found
+        """The solid angle [sr] that each common direction stands for (n,)."""
+        weights: Values = self.points["solid_angle"].values
+        return weights
 
     @property
     def rms(self) -> float:
-        """Relative: the root of the solid-angle-weighted mean squared difference over that of the reference."""
+        """Relative: the root of the solid-angle-weighted mean squared difference over that of the reference.
+
+        NaN where the reference is zero everywhere or nothing is in common; so are the bias and the largest.
+        """
         return self._rms(np.ones(self.count, dtype=bool))
 
     @property
     def rms_steep(self) -> float:
-        """The same of directions within STEEP of the normal: towards the horizon a BRDF may grow without bound."""
+        """The same of directions within STEEP of the normal: towards the horizon a BRDF may grow without bound.
+
+        A detector reads f cos(theta_r): divided by a small cosine, its noise grows as well.
+        """
         return self._rms((self.points["theta_i"].values <= STEEP) & (self.points["theta_r"].values <= STEEP))
 
     def _rms(self, rows: npt.NDArray[np.bool_]) -> float:
@@ -57,7 +75,7 @@ class Difference:
 
     @property
     def bias(self) -> float:
-        """The solid-angle-weighted sum of differences over that of the reference."""
+        """The solid-angle-weighted sum of differences over that of the reference: positive if the other is higher."""
         total = float(np.sum(self.weights * self.points["brdf"].values))
         return float(np.sum(self.weights * self.error)) / total if total else math.nan
 
@@ -69,87 +87,106 @@ class Difference:
 
     @property
     def where(self) -> dict[str, float]:
-        """The direction of the largest relative difference."""
+        """The direction of the largest relative difference, {} without a common direction [deg]."""
         row = int(np.argmax(self._ratio)) if self.points.sizes["direction"] else -1
         return {a: float(self.points[a].values[row]) for a in ANGLES} if row >= 0 else {}
 
     @property
     def _ratio(self) -> Values:
+        """|g - f| / |f| (n,); minus infinity where the reference is zero, so that it is never the largest."""
         reference = np.abs(self.points["brdf"].values)
         with np.errstate(divide="ignore", invalid="ignore"):
-            found: Values = np.where(reference > 0, np.abs(self.error) / reference, -np.inf)
-        return found
+            ratio: Values = np.where(reference > 0, np.abs(self.error) / reference, -np.inf)
+        return ratio
 
     @property
     def count(self) -> int:
+        """How many directions both have."""
         return int(self.points.sizes["direction"])
 
     @property
     def exact(self) -> int:
+        """At how many of them the other was measured rather than interpolated."""
         return int(self.points["exact"].values.sum())
 
 
 def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
     """`other` at the directions of `reference`: as measured where it has them, else interpolated.
 
-    Sets are matched by their coordinates (wavelength, channel, ..); one that only one of the two names is no bar where
-    both hold a single set. Raises ValueError for units that differ, and for sets that do not match.
+    Values of the reference that are masked or missing take no part. Sets are matched by the coordinates that both name
+    (wavelength, channel, ..); a coordinate that only one of the two names is ignored. Raises ValueError for units that
+    differ, for a set of the reference that the other has no match for or several, and for a reference without a value.
     """
-    if (mine := dataset.unit(reference)) != (theirs := dataset.unit(other)):
-        raise ValueError(f"one is in {mine} and the other in {theirs}: relative data cannot be told from absolute ones")
+    if (unit := dataset.unit(reference)) != (other_unit := dataset.unit(other)):
+        raise ValueError(
+            f"one is in {unit} and the other in {other_unit}: relative data cannot be compared with absolute ones"
+        )
     if _on_one_grid(other, reference):
-        here = other["brdf"].transpose(*reference["brdf"].dims).values
-        both = reference.assign(other=(reference["brdf"].dims, here), exact=(reference["brdf"].dims, np.isfinite(here)))
-        joined = _weighed(dataset.points(both))
+        dims = reference["brdf"].dims
+        values = other["brdf"].transpose(*dims).values
+        # Beside the reference's values, so that what `points` drops of these it drops of both.
+        both = reference.assign(other=(dims, values), exact=(dims, np.isfinite(values)))
+        joined = _with_solid_angles(dataset.points(both))
     else:
-        joined = _at_its_directions(other, _weighed(dataset.points(reference)))
-    known = np.isfinite(joined["other"].values)
-    return Difference(joined.isel(direction=np.flatnonzero(known)), int((~known).sum()))
+        joined = _with_other(other, _with_solid_angles(dataset.points(reference)))
+    # Solid angles are those of all the reference's directions: what the other lacks does not add to its neighbours.
+    finite = np.isfinite(joined["other"].values)
+    return Difference(joined.isel(direction=np.flatnonzero(finite)), int((~finite).sum()))
 
 
 def _on_one_grid(other: xr.Dataset, reference: xr.Dataset) -> bool:
-    """Whether both are dense on the same nodes and hold the same sets, so that nothing need be looked up."""
+    """Whether both are dense on the same nodes and hold the same sets, so that nothing need be looked up.
+
+    A lookup would average or exchange nodes that are one direction, and large tables are not looked up at all. A mask
+    of the other is not seen here, so a scan with one is resampled, which makes masked values gaps.
+    """
     dims = set(reference["brdf"].dims)
     if "direction" in dims or dims != set(other["brdf"].dims) or "mask" in other or not is_on(other, reference):
         return False
     return all(np.array_equal(other[n].values, reference[n].values) for n in dims if n in SETS)
 
 
-def _weighed(flat: xr.Dataset) -> xr.Dataset:
+def _with_solid_angles(flat: xr.Dataset) -> xr.Dataset:
+    """The flat scan with the variable `solid_angle` [sr]; ValueError where it has no value."""
     if not flat.sizes["direction"]:
         raise ValueError("the reference holds no value in use")
     return flat.assign(solid_angle=("direction", solid_angles(flat)))
 
 
-def _at_its_directions(other: xr.Dataset, flat: xr.Dataset) -> xr.Dataset:
+def _with_other(other: xr.Dataset, flat: xr.Dataset) -> xr.Dataset:
     """The flat reference with the other's values beside its own, set by set."""
-    candidates = [part for _, part in parts(other)]
-    columns = []
-    for _, part in parts(flat):
+    candidates = [part for _, part in sets_of(other)]
+    with_others = []
+    for _, part in sets_of(flat):
         directions = part.drop_vars([str(n) for n in part.variables if n not in DIRECTIONS])
-        found = resample(_counterpart(part, candidates), directions, filling=Filling())
-        exact = found["origin"].values == MEASURED
-        columns.append(part.assign(other=("direction", found["brdf"].values), exact=("direction", exact)))
-    joined: xr.Dataset = xr.concat(columns, dim="direction", join="outer") if len(columns) > 1 else columns[0]
+        # Filling() fills nothing: with it, resample says which values were measured.
+        resampled = resample(_counterpart(part, candidates), directions, filling=Filling())
+        exact = resampled["origin"].values == MEASURED
+        with_others.append(part.assign(other=("direction", resampled["brdf"].values), exact=("direction", exact)))
+    joined: xr.Dataset = (
+        xr.concat(with_others, dim="direction", join="outer") if len(with_others) > 1 else with_others[0]
+    )
     return joined
 
 
 def _counterpart(part: xr.Dataset, candidates: list[xr.Dataset]) -> xr.Dataset:
-    """The one set that has the same wavelength, channel, .. as `part`, as far as both say."""
-    mine = _labels(part)
-    agreeing = [c for c in candidates if all(_same(mine[n], v) for n, v in _labels(c).items() if n in mine)]
-    if len(agreeing) == 1:
-        return agreeing[0]
-    said = ", ".join(f"{n} {v}" for n, v in mine.items()) or "the only set"
-    if not agreeing:
-        raise ValueError(f"the other has no set like {said}: select the ones to compare with --select")
-    raise ValueError(f"the other has {len(agreeing)} sets like {said}: select one with --select")
+    """The one set that has the same wavelength, channel, .. as `part`, as far as both state them."""
+    labels = _labels(part)
+    matching = [c for c in candidates if all(_agree(labels[n], v) for n, v in _labels(c).items() if n in labels)]
+    if len(matching) == 1:
+        return matching[0]
+    named = ", ".join(f"{n} {v}" for n, v in labels.items()) or "the only set of the reference"
+    if not matching:
+        raise ValueError(f"the other has no set that matches {named}: select the ones to compare with --select")
+    raise ValueError(f"the other has {len(matching)} sets that match {named}: select one with --select")
 
 
 def _labels(part: xr.Dataset) -> dict[str, Any]:
+    """The coordinates of SETS that a single set states, each one value."""
     return {n: part[n].values.ravel()[0].item() for n in SETS if n in part.coords and part[n].size}
 
 
-def _same(a: Any, b: Any) -> bool:
+def _agree(a: Any, b: Any) -> bool:
+    """Whether two labels are equal, numbers to 1e-6 of each other: a wavelength in single precision is off by 6e-8."""
     both_numbers = isinstance(a, float | int) and isinstance(b, float | int)
     return math.isclose(a, b, rel_tol=1e-6) if both_numbers else str(a) == str(b)

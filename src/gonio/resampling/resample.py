@@ -1,4 +1,19 @@
-"""A scan at other directions: as measured where it was measured, interpolated between, honest gaps elsewhere."""
+"""A scan at other directions: measured values where they were measured, interpolated ones between, gaps elsewhere.
+
+For each set of the scan (one wavelength, channel, mode, ..) and each wanted direction above the horizon:
+
+1. the measured value, where the scan has that very direction (lookup.py);
+2. else the interpolation between its directions (interpolation.py), or that of the file format the scan comes from;
+3. with `impose`, the mean of that and of the values at its images under the symmetries;
+4. else, in what is still a gap and with a `Filling`, the mean over its images, and last a function such as a model.
+
+Images are the directions at which a surface with the symmetry has the same BRDF. Helmholtz reciprocity is
+f(theta_i, theta_r, phi) = f(theta_r, theta_i, -phi), bilateral symmetry f(theta_i, theta_r, phi) = f(theta_i, theta_r,
+-phi). A surface that was turned has phi_i changed with them.
+
+Nothing is extrapolated but by a filling's function, and nothing is smoothed. Where each value came from is counted in
+the history, and with a filling it is kept as the variable `origin`.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,24 +29,28 @@ from gonio.resampling.interpolation import Interpolator, Targets, interpolator, 
 from gonio.resampling.lookup import Measured
 
 Values = npt.NDArray[np.float64]
-Fill = Callable[[xr.Dataset], Values]  # the BRDF at the directions of a flat scan, as a fitted model gives it
+Fill = Callable[[xr.Dataset], Values]  # the BRDF (n,) at the n directions of a flat scan, as a fitted model gives it
 
 SYMMETRIES = {
     "reciprocity": "source and detector exchanged",
     "bilateral": "mirrored in the plane of incidence",
 }
-MOST_LOOKED_UP = 400_000  # values of a set; of a larger table a node's own value comes out of the interpolation
-ORIGINS = ("missing", "measured", "interpolated", "by_symmetry", "filled")
+# Values of a set. A larger table is not looked up: the interpolation gives a node its value, counted as interpolated.
+MOST_LOOKED_UP = 400_000
+ORIGINS = ("missing", "measured", "interpolated", "by_symmetry", "filled")  # meanings of the variable `origin`
 MISSING, MEASURED, INTERPOLATED, BY_SYMMETRY, FILLED = range(len(ORIGINS))
 
 
 @dataclass(frozen=True)
 class Filling:
-    """What may stand where a scan has no value: its images under symmetries first, then a function such as a model."""
+    """What may stand where a scan has no value: its images under symmetries first, then a function such as a model.
 
-    symmetries: tuple[str, ...] = ()
-    function: Fill | None = None
-    name: str = ""
+    Filling() fills nothing, and has the variable `origin` in the result.
+    """
+
+    symmetries: tuple[str, ...] = ()  # names in SYMMETRIES
+    function: Fill | None = None  # its values are taken as they are, in the scan's unit; NaN leaves the gap
+    name: str = ""  # what the history calls the function
 
 
 def resample(
@@ -40,40 +59,50 @@ def resample(
     """The BRDF of `scan` at the directions of `onto`, a Dataset of coordinates on a grid or on `direction`.
 
     Values at directions that both have are taken as they are. Between them is linear interpolation in the scan's own
-    coordinates (interpolation.py), or the format's own where the scan carries one; outside is NaN. Masked values are
-    gaps. `impose` names symmetries of SYMMETRIES: the mean over the images of each direction. `filling` says what may
-    stand in gaps; without it they stay. An uncertainty goes along as if those between neighbours were fully correlated.
-    The result has the dimensions of `onto`, those of SETS with several values before them; history says what was done.
-    Raises ValueError for a symmetry that is none.
+    coordinates (interpolation.py), or the format's own where the scan carries one; outside is NaN, and so is what lies
+    below the horizon. Masked values are gaps. `impose` names symmetries of SYMMETRIES: the mean over the images of each
+    direction that have a value. `filling` says what may stand in gaps; without it they stay.
+
+    Standard uncertainties are interpolated as the values are, u = sum_k w_k u_k, which takes those of neighbours as
+    fully correlated: of independent ones sqrt(sum_k (w_k u_k)^2) would be less. With `impose`, and for sets of more
+    than MOST_LOOKED_UP values, the result has no uncertainties.
+
+    The result has the dimensions of `onto`, those of SETS with several values before them, and is NaN where the scan
+    has no such combination; on `direction`, sets follow one another. Variables other than brdf and its uncertainties
+    are dropped. The history says how many values came about in which way.
+    Raises ValueError for a symmetry that is none, and as `interpolator` does.
     """
     for name in (*impose, *(filling.symmetries if filling else ())):
         if name not in SYMMETRIES:
             raise ValueError(f"no symmetry {name!r}: there are {', '.join(SYMMETRIES)}")
     directions = _directions(onto)
     targets = targets_of(directions)
+    # Grids such as the specular one have nodes below the horizon. They are no gaps: nothing fills or counts them.
     above = (targets.theta_i <= HORIZON) & (targets.theta_r <= HORIZON)
     rows = np.flatnonzero(above)
     columns: dict[str, list[Values]] = {}
     keys, how = [], ""
-    for key, part in parts(_without_masked(scan)):
+    for key, part in sets_of(_without_masked(scan)):
         if not impose and filling is None and is_on(part, onto):
-            found = _as_it_is(part, _grid_dims(onto), rows)
+            of_set = _copied(part, _grid_dims(onto), rows)
         else:
-            found, how = _set(part, targets.part(rows), impose, filling)
+            of_set, how = _resampled(part, targets.part(rows), impose, filling)
         if filling is not None and filling.function is not None:
-            _fill(found, directions.isel(direction=rows), key, filling.function)
+            _fill(of_set, directions.isel(direction=rows), key, filling.function)
         keys.append(key)
-        for name, column in found.items():
-            columns.setdefault(name, []).append(_spread_out(column, above))
+        for name, column in of_set.items():
+            columns.setdefault(name, []).append(_with_below_horizon(column, above))
     origins = np.concatenate(columns["origin"])[np.tile(above, len(keys))]
     if filling is None:
         del columns["origin"]
-    out = _assembled(scan, onto, directions, keys, {n: c for n, c in columns.items() if len(c) == len(keys)})
-    return dataset.add_history(out, _words(origins, len(rows), how, impose, filling))
+    # An uncertainty that only some of the sets have (a set may be too large to be looked up) is dropped for all.
+    complete = {name: of_sets for name, of_sets in columns.items() if len(of_sets) == len(keys)}
+    out = _assembled(scan, onto, directions, keys, complete)
+    return dataset.add_history(out, _history_line(origins, len(rows), how, impose, filling))
 
 
-def _words(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
-    """How the values came about, in one line."""
+def _history_line(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
+    """How the values came about: `origins` are those of all sets above the horizon, `how` names the interpolation."""
     count = {name: int((origins == k).sum()) for k, name in enumerate(ORIGINS)}
     text = f"resampled onto {directions} directions: {count['measured']} values as measured"
     if count["interpolated"]:
@@ -88,21 +117,26 @@ def _words(origins: Values, directions: int, how: str, impose: Sequence[str], fi
 
 
 def is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
-    """Whether the scan is on this very grid already."""
+    """Whether the scan is on this very grid already: the same dimensions, and every angle equal to the last bit."""
     if {d for d in scan["brdf"].dims if d not in SETS} != set(_grid_dims(onto)):
         return False
     names = [n for n in DIRECTIONS if n in onto.variables]
+    # The dimensions of each angle count, too: a grid where theta_r depends on one axis is not one where it is an axis.
     return all(n in scan.coords and scan[n].dims == onto[n].dims and scan[n].equals(onto[n]) for n in names)
 
 
-def parts(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
-    """Each set of a scan with what tells it from the others, grids and parameterisations kept."""
-    along = [d for d in scan["brdf"].dims if d in SETS]
+def sets_of(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
+    """Each set of a scan with the coordinates of SETS that distinguish it, such as {"wavelength": 550.0}.
+
+    Grids and parameterisations are kept. A flat scan of one set has no such coordinates: {}.
+    """
+    dims = [d for d in scan["brdf"].dims if d in SETS]
     if scan["brdf"].dims != ("direction",):
-        for at in np.ndindex(*(scan.sizes[d] for d in along)):
-            part = scan.isel(dict(zip(along, at, strict=True)))
-            yield {str(d): part[d].values.item() for d in along}, part
+        for index in np.ndindex(*(scan.sizes[d] for d in dims)):
+            part = scan.isel(dict(zip(dims, index, strict=True)))
+            yield {str(d): part[d].values.item() for d in dims}, part
         return
+    # Labels may be texts and numbers: each column becomes integers, so that rows can be compared.
     names = dataset.sets(scan)
     codes = [np.unique(scan[n].values, return_inverse=True)[1].ravel() for n in names]
     if not names:
@@ -115,12 +149,12 @@ def parts(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 
 def _directions(onto: xr.Dataset) -> xr.Dataset:
-    """The directions of a Dataset on one dimension, in the order of its own."""
+    """The directions of a Dataset on one dimension, in the order of its own, the last dimension fastest."""
     names = [n for n in DIRECTIONS if n in onto.variables]
-    wide = _grid_dims(onto)
-    shape = tuple(onto.sizes[d] for d in wide)
-    template = xr.DataArray(np.zeros(shape), dims=wide)
-    full = {n: onto[n].drop_vars(onto[n].coords).broadcast_like(template).transpose(*wide).values for n in names}
+    dims = _grid_dims(onto)
+    shape = tuple(onto.sizes[d] for d in dims)
+    template = xr.DataArray(np.zeros(shape), dims=dims)
+    full = {n: onto[n].drop_vars(onto[n].coords).broadcast_like(template).transpose(*dims).values for n in names}
     return xr.Dataset(coords={n: ("direction", v.ravel().astype(float), {"units": "degree"}) for n, v in full.items()})
 
 
@@ -130,67 +164,80 @@ def _grid_dims(onto: xr.Dataset) -> tuple[Any, ...]:
 
 
 def _without_masked(scan: xr.Dataset) -> xr.Dataset:
+    """The scan with NaN for masked values: their places stay, so that nothing is interpolated across them."""
     if "mask" not in scan:
         return scan
     return scan.assign(brdf=scan["brdf"].where(scan["mask"] == 0).assign_attrs(scan["brdf"].attrs)).drop_vars("mask")
 
 
-def _spread_out(values: Values, above: npt.NDArray[np.bool_]) -> Values:
+def _with_below_horizon(values: Values, above: npt.NDArray[np.bool_]) -> Values:
+    """Values of the directions above the horizon put among all directions, NaN for those below."""
     out = np.full(len(above), np.nan)
     out[above] = values
     return out
 
 
-def _as_it_is(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp]) -> dict[str, Values]:
-    """The columns of one set that is on the wanted grid already, where several nodes may be one direction."""
+def _copied(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp]) -> dict[str, Values]:
+    """The columns of one set that is on the wanted grid already.
+
+    Nothing is looked up: several nodes of a grid may be one direction (at a pole of its axes) and have values that
+    differ, which a lookup by direction would exchange or average.
+    """
     names = [n for n in ("brdf", "uncertainty", "uncertainty_systematic") if n in part]
-    found = {n: part[n].transpose(*grid).values.astype(float).ravel()[rows] for n in names}
-    return found | {"origin": np.where(np.isnan(found["brdf"]), MISSING, MEASURED).astype(float)}
+    columns = {n: part[n].transpose(*grid).values.astype(float).ravel()[rows] for n in names}
+    return columns | {"origin": np.where(np.isnan(columns["brdf"]), MISSING, MEASURED).astype(float)}
 
 
-def _set(
+def _resampled(
     part: xr.Dataset, wanted: Targets, impose: Sequence[str], filling: Filling | None
 ) -> tuple[dict[str, Values], str]:
-    """The columns of one set at the directions wanted: brdf, origin and uncertainties; and how values lie between."""
-    source, how = _source(part)
+    """The columns (n,) of one set at n directions: brdf, origin, uncertainties; and how it interpolates, in words."""
+    between, how = _interpolator_of(part)
     measured = Measured(part) if part["brdf"].size <= MOST_LOOKED_UP else None
-    values, exact = _at(source, measured, wanted)
+    values, exact = _values_at(between, measured, wanted)
     if impose:
-        values = _mean_of([values, *(_at(source, measured, image)[0] for image in _images(wanted, impose))])
+        values = _mean_of([values, *(_values_at(between, measured, image)[0] for image in _images(wanted, impose))])
+    # A mean over images is measured nowhere, even where each of them is. Flags are floats here: below the horizon NaN.
     origin = np.where(np.isnan(values), MISSING, np.where(exact & (not impose), MEASURED, INTERPOLATED)).astype(float)
     gaps = np.flatnonzero(np.isnan(values))
     if filling is not None and filling.symmetries and len(gaps):
-        images = [_at(source, measured, image)[0] for image in _images(wanted.part(gaps), filling.symmetries)]
+        images = [_values_at(between, measured, image)[0] for image in _images(wanted.part(gaps), filling.symmetries)]
         values[gaps] = _mean_of(images)
         origin[gaps[np.isfinite(values[gaps])]] = BY_SYMMETRY
     uncertainties = {} if impose or measured is None else _uncertainties(part, wanted, measured)
     return {"brdf": values, "origin": origin, **uncertainties}, how
 
 
-def _at(source: Interpolator, measured: Measured | None, wanted: Targets) -> tuple[Values, npt.NDArray[np.bool_]]:
-    """Values as measured where they were, else interpolated, and which are which."""
+def _values_at(
+    between: Interpolator, measured: Measured | None, wanted: Targets
+) -> tuple[Values, npt.NDArray[np.bool_]]:
+    """Measured values (n,) where there are such, else interpolated, and which of them are measured."""
     if measured is None:
-        return source(wanted), np.zeros(len(wanted), dtype=bool)
+        return between(wanted), np.zeros(len(wanted), dtype=bool)
     values, exact = measured.at(wanted, "brdf")
-    rest = np.flatnonzero(~exact)
-    if len(rest):
-        values[rest] = source(wanted.part(rest))
+    remaining = np.flatnonzero(~exact)
+    if len(remaining):
+        values[remaining] = between(wanted.part(remaining))
     return values, exact
 
 
 def _uncertainties(part: xr.Dataset, wanted: Targets, measured: "Measured") -> dict[str, Values]:
-    found = {}
+    """Uncertainties (n,) by name: those of measured values, between them interpolated in place of the BRDF.
+
+    A format's own interpolation is of its BRDF alone, so uncertainties never go through it.
+    """
+    uncertainties = {}
     for name in ("uncertainty", "uncertainty_systematic"):
         if name in part and part[name].dims == part["brdf"].dims:
             values, exact = measured.at(wanted, name)
-            rest = np.flatnonzero(~exact)
-            if len(rest):
-                values[rest] = interpolator(part.assign(brdf=part[name]))[0](wanted.part(rest))
-            found[name] = values
-    return found
+            remaining = np.flatnonzero(~exact)
+            if len(remaining):
+                values[remaining] = interpolator(part.assign(brdf=part[name]))[0](wanted.part(remaining))
+            uncertainties[name] = values
+    return uncertainties
 
 
-def _source(part: xr.Dataset) -> tuple[Interpolator, str]:
+def _interpolator_of(part: xr.Dataset) -> tuple[Interpolator, str]:
     """The format's own interpolation where the scan carries one, else that between its directions."""
     name = part.attrs.get(PARAMETERISATION)
     if not name:
@@ -204,7 +251,10 @@ def _source(part: xr.Dataset) -> tuple[Interpolator, str]:
 
 
 def _images(wanted: Targets, symmetries: Sequence[str]) -> Iterator[Targets]:
-    """The other directions at which a surface with these symmetries has the same BRDF."""
+    """The other directions at which a surface with these symmetries has the same BRDF: with both of them, three.
+
+    Exchanged, the incident azimuth is phi_i + phi, and the azimuth from it to the new reflected direction is -phi.
+    """
     swapped = Targets(wanted.theta_r, wanted.theta_i, -wanted.phi % 360.0, (wanted.phi_i + wanted.phi) % 360.0)
     if "reciprocity" in symmetries:
         yield swapped
@@ -215,25 +265,31 @@ def _images(wanted: Targets, symmetries: Sequence[str]) -> Iterator[Targets]:
 
 
 def _mirrored(wanted: Targets) -> Targets:
+    """The mirror image in the plane of the normal and the surface's x axis: both azimuths change sign."""
     return Targets(wanted.theta_i, wanted.theta_r, -wanted.phi % 360.0, -wanted.phi_i % 360.0)
 
 
 def _mean_of(images: Sequence[Values]) -> Values:
-    known = np.isfinite(images)
-    total = np.where(known, images, 0.0).sum(axis=0)
+    """The mean (n,) over those of m images (m, n) that have a value, NaN where none has."""
+    finite = np.isfinite(images)
+    total = np.where(finite, images, 0.0).sum(axis=0)
     with np.errstate(invalid="ignore"):
-        return total / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+        return total / np.where(finite.any(axis=0), finite.sum(axis=0), np.nan)
 
 
-def _fill(found: dict[str, Values], directions: xr.Dataset, key: Mapping[str, Any], function: Fill) -> None:
-    """Put the function's values into the gaps of one set."""
-    gaps = np.flatnonzero(np.isnan(found["brdf"]))
+def _fill(columns: dict[str, Values], directions: xr.Dataset, key: Mapping[str, Any], function: Fill) -> None:
+    """Put the function's values into the gaps of one set, in place.
+
+    The function sees a flat scan of the gaps with the set's coordinates, by which a model chooses its parameters. Its
+    brdf is a placeholder.
+    """
+    gaps = np.flatnonzero(np.isnan(columns["brdf"]))
     if not len(gaps):
         return
-    there = directions.isel(direction=gaps)
-    there = there.assign_coords({n: ("direction", np.full(len(gaps), v)) for n, v in key.items()})
-    found["brdf"][gaps] = function(there.assign(brdf=("direction", np.zeros(len(gaps)))))
-    found["origin"][gaps[np.isfinite(found["brdf"][gaps])]] = FILLED
+    flat = directions.isel(direction=gaps)
+    flat = flat.assign_coords({n: ("direction", np.full(len(gaps), v)) for n, v in key.items()})
+    columns["brdf"][gaps] = function(flat.assign(brdf=("direction", np.zeros(len(gaps)))))
+    columns["origin"][gaps[np.isfinite(columns["brdf"][gaps])]] = FILLED
 
 
 def _assembled(
@@ -243,36 +299,44 @@ def _assembled(
     keys: list[dict[str, Any]],
     columns: Mapping[str, list[Values]],
 ) -> xr.Dataset:
-    """The sets side by side: dimensions of their own before those of a grid, repeated along `direction` otherwise."""
+    """The sets as one Dataset: each coordinate of `keys` a dimension before those of a grid, else along `direction`.
+
+    `columns` holds, for each variable, one array of all directions for each key.
+    """
+    # What describes the old directions is not true of the new ones: their interpolation, storage and symmetry.
     attrs = {k: v for k, v in scan.attrs.items() if k not in (PARAMETERISATION, "stored", "symmetry")}
     units = {name: scan[name].attrs if name in scan else _ORIGIN for name in columns}
+    # A coordinate with one value, such as a single wavelength, distinguishes no set and is in no key. It is kept, too.
     single = {n: scan[n].values.ravel()[0] for n in SETS if n in scan.coords and n not in keys[0]}
-    wide = _grid_dims(onto)
-    if wide == ("direction",):
+    grid_dims = _grid_dims(onto)
+    if grid_dims == ("direction",):
         names = [n for n in DIRECTIONS if n in directions.coords]
         coords = {n: ("direction", np.tile(directions[n].values, len(keys)), {"units": "degree"}) for n in names}
         count = directions.sizes["direction"]
-        told = {n: np.repeat(np.array([key[n] for key in keys]), count) for n in keys[0]}
-        told |= {n: np.full(count * len(keys), v) for n, v in single.items()}
+        labels = {n: np.repeat(np.array([key[n] for key in keys]), count) for n in keys[0]}
+        labels |= {n: np.full(count * len(keys), v) for n, v in single.items()}
         data = {n: ("direction", np.concatenate(c), units[n]) for n, c in columns.items()}
         return xr.Dataset(
-            data, coords=coords | {n: ("direction", v, _spectral(n)) for n, v in told.items()}, attrs=attrs
+            data, coords=coords | {n: ("direction", v, _spectral(n)) for n, v in labels.items()}, attrs=attrs
         )
-    along = {n: np.array(list(dict.fromkeys(key[n] for key in keys))) for n in keys[0]}
-    shape = tuple(onto.sizes[d] for d in wide)
-    full = {n: np.full((*(len(v) for v in along.values()), *shape), np.nan) for n in columns}
+    axes = {n: np.array(list(dict.fromkeys(key[n] for key in keys))) for n in keys[0]}
+    shape = tuple(onto.sizes[d] for d in grid_dims)
+    # A flat scan need not hold every combination of its labels: those it lacks stay NaN.
+    full = {n: np.full((*(len(v) for v in axes.values()), *shape), np.nan) for n in columns}
     for k, key in enumerate(keys):
-        at = tuple(int(np.flatnonzero(values == key[n])[0]) for n, values in along.items())
+        place = tuple(int(np.flatnonzero(values == key[n])[0]) for n, values in axes.items())
         for name, column in columns.items():
-            full[name][at] = column[k].reshape(shape)
+            full[name][place] = column[k].reshape(shape)
     grid = {n: onto[n].variable for n in onto.coords}
-    variables: dict[str, Any] = {n: ((*along, *wide), v, units[n]) for n, v in full.items()}
-    sets = {n: (n, v, _spectral(n)) for n, v in along.items()} | {n: ((), v, _spectral(n)) for n, v in single.items()}
+    variables: dict[str, Any] = {n: ((*axes, *grid_dims), v, units[n]) for n, v in full.items()}
+    sets = {n: (n, v, _spectral(n)) for n, v in axes.items()} | {n: ((), v, _spectral(n)) for n, v in single.items()}
     return xr.Dataset(variables, coords=grid | sets, attrs=attrs)
 
 
+# CF attributes of a variable whose numbers are flags.
 _ORIGIN = {"flag_values": np.arange(len(ORIGINS)), "flag_meanings": " ".join(ORIGINS), "units": "1"}
 
 
 def _spectral(name: str) -> dict[str, str]:
+    """The attributes of a coordinate of SETS: of these only wavelength has a unit."""
     return {"units": "nm"} if name == SPECTRAL[0] else {}

@@ -1,5 +1,6 @@
 """What a file holds, what is wrong with it, and the half widths that can be read from it."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,20 +17,19 @@ from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
 MOST_LINES = 40  # of a file's own remarks
-MOST_POINTS = 100_000  # of a scan whose curves are read for their half widths
+MOST_POINTS, MOST_CURVES = 100_000, 1_000  # of a scan whose curves are read for their half widths
 
 
 def describe(path: Path) -> dict[str, Any]:
     """A scan's format, quantity, grid and findings as plain data."""
-    scan, found = read(path), recognise(path)
+    scan, kind = read(path), recognise(path)
     flat = dataset.flatten(scan)
     used = dataset.in_use(flat)
-    few = flat.sizes["direction"] <= MOST_POINTS and not foreign_dims(scan)
     in_plane = bool(dataset.is_in_plane(flat).all())
     return {
         "file": str(path),
-        "format": found.title,
-        "name": found.name,
+        "format": kind.title,
+        "name": kind.name,
         "quantity": _quantity(scan),
         "stored": scan.attrs.get("stored", ""),
         "unit": scan["brdf"].attrs.get("units", ""),
@@ -49,7 +49,7 @@ def describe(path: Path) -> dict[str, Any]:
         "checks": [
             {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
         ],
-        "half_widths": _half_widths(flat) if few else [],
+        "half_widths": [] if foreign_dims(scan) else _half_widths(flat),
     }
 
 
@@ -80,6 +80,12 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 
 def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
+    """Those of every curve; none where there are so many points or curves that reading them would take seconds."""
+    curves = len(np.unique(flat["theta_i"].values)) * math.prod(
+        len(_distinct(flat, name)) for name in dataset.sets(flat)
+    )
+    if flat.sizes["direction"] > MOST_POINTS or curves > MOST_CURVES:
+        return []
     names = ("curve", "gamma", "uncertainty", "floor")
     return [{n: getattr(h, n) for n in names} | {"status": str(h.status)} for h in half_widths(flat)]
 

@@ -64,31 +64,40 @@ def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checke
 
 def _sampled_energy(model: Model, values: Mapping[str, float], samples: int) -> Verdict:
     """The white furnace by Monte Carlo: violated where a reflectance is above 1 by more than four standard errors."""
-    found = {a: hemispherical_reflectance(model, values, a, n=samples) for a in FURNACE_ANGLES}
-    worst = max(found, key=lambda a: found[a].value)
-    figures = {f"DHR({a:g})": e.value for a, e in found.items()}
-    beyond = found[worst].value - 1 > max(4 * found[worst].standard_error, QUADRATURE)
-    errors = max(e.standard_error for e in found.values())
+    estimates = {a: hemispherical_reflectance(model, values, a, n=samples) for a in FURNACE_ANGLES}
+    worst = max(estimates, key=lambda a: estimates[a].value)
+    figures = {f"DHR({a:g})": e.value for a, e in estimates.items()}
+    beyond = estimates[worst].value - 1 > max(4 * estimates[worst].standard_error, QUADRATURE)
+    errors = max(e.standard_error for e in estimates.values())
     why = f"{samples} directions an angle, standard error up to {errors:.2g}"
     return Verdict("energy", not beyond, figures, f"theta_i {worst:g} deg", why)
 
 
 def _of_solution(path: Path, solution: Solution) -> Checked:
-    """A fit is known at the incidence angles that its groups name, for each channel or wavelength of its own."""
-    model, unit = solution.model, solution.unit
-    found: dict[str, set[str]] = {}
+    """A fit is known at the incidence angles that its groups name, for each channel or wavelength of its own.
+
+    Raises ValueError for a fit whose groups are of other coordinates, of which a direction has no value.
+    """
+    labels: dict[str, set[str]] = {}
     for by, group in zip(solution.dataset["by"].values, solution.dataset["group"].values, strict=True):
         for coordinate, label in zip(str(by).split(","), str(group).split(","), strict=True):
-            found.setdefault(coordinate, set()).add(label)
-    angles = sorted(map(float, found["theta_i"])) if "theta_i" in found else None
-    sets: list[dict[str, Any]] = [{}]
-    for coordinate in (c for c in dataset.SETS if c in found):
-        sets = [one | {coordinate: label} for one in sets for label in sorted(found[coordinate])]
+            labels.setdefault(coordinate, set()).add(label)
+    if strange := sorted(set(labels) - {"", "theta_i", *dataset.SETS}):
+        raise ValueError(
+            f"{path}: has one value for each {strange[0]!r}: a check knows groups of theta_i and of sets alone"
+        )
+    angles = sorted(map(float, labels["theta_i"])) if "theta_i" in labels else None
+    combinations: list[dict[str, Any]] = [{}]
+    for coordinate in (c for c in dataset.SETS if c in labels):
+        combinations = [one | {coordinate: label} for one in combinations for label in sorted(labels[coordinate])]
     out = {}
-    for one in sets:
-        brdf = partial(_fitted, model, solution, one)
-        name = ", ".join([path.name, *(f"{k} {v}" for k, v in one.items())])
-        out[name] = _laws(brdf, unit, angles)
+    for combination in combinations:
+        brdf = partial(_fitted, solution.model, solution, combination)
+        name = ", ".join([path.name, *(f"{k} {v}" for k, v in combination.items())])
+        try:
+            out[name] = _laws(brdf, solution.unit, angles)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
     return out
 
 

@@ -1,4 +1,9 @@
-"""How sure numbers are that are made of fitted values: the BRDF at any directions, and whatever follows from it."""
+"""How sure numbers are that are made of fitted values: the BRDF at any directions, and whatever follows from it.
+
+By the law of propagation of uncertainty: with G the derivative (m, n) of m numbers by the n free values, and C the
+covariance of these, the numbers have the covariance G C G'. This takes the numbers as linear in the values over their
+uncertainty; `bootstrap` and `profile` do not.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,14 +18,16 @@ from gonio.measured import dataset
 from gonio.measured.instrument import Acceptance
 
 Values = npt.NDArray[np.float64]
-FELT = 1e-9  # relative change of a number above which a value takes part in it
+# The change of a number where a value changes by its own size, over the number: below, the value takes no part in it,
+# and the slope is an error of differences. Without that, one undetermined value could make every number infinite.
+FELT = 1e-9
 
 
 @dataclass(frozen=True)
 class Propagated:
     """Numbers (m,), their standard uncertainty from random errors, and from systematic ones (NaN where not stated).
 
-    Infinite where a value takes part that the data do not determine.
+    Both are infinite where a value takes part that the data do not determine.
     """
 
     value: Values
@@ -31,18 +38,18 @@ class Propagated:
 def propagate(solution: Solution, function: Callable[[Values], Values]) -> Propagated:
     """A function of all values (n,) of a solution, in its order, with the uncertainty of its results (m,).
 
-    By the law of propagation: with G the derivative (m, n) of the function and C the covariance, the results have the
-    covariance G C G'. A systematic shift s of the values moves them by G s. Held values are taken as exact; a value at
-    a bound counts as though the bound were not there.
+    Random errors are the root of the diagonal of G C G'. A systematic shift s of the values moves the results by G s,
+    with its signs, so that parts can cancel. Held values are taken as exact; a value at a bound counts as though the
+    bound were not there.
     """
     stored = solution.dataset
     free = np.flatnonzero(~stored["held"].values)
     values = stored["value"].values
 
-    def of_free(part: Values) -> Values:
-        whole = values.copy()
-        whole[free] = part
-        return function(whole)
+    def of_free(free_values: Values) -> Values:
+        all_values = values.copy()
+        all_values[free] = free_values
+        return function(all_values)
 
     lower, upper = _domain(solution)
     slopes = derivative(of_free, values[free], lower[free], upper[free], scale=SMALLEST)
@@ -50,17 +57,19 @@ def propagate(solution: Solution, function: Callable[[Values], Values]) -> Propa
     sizes = np.maximum(np.abs(values[free]), SMALLEST)
     slopes = np.where(np.abs(slopes) * sizes > FELT * np.abs(results[:, None]), slopes, 0.0)
     covariance, shift = stored["covariance"].values[np.ix_(free, free)], stored["systematic_shift"].values[free]
+    # infinite values are set apart, since infinity times a slope of zero is no number; a shift of NaN makes all NaN
     known, steady = np.isfinite(np.diag(covariance)), ~np.isinf(shift)
     variance = np.einsum("ma,ab,mb->m", slopes[:, known], covariance[np.ix_(known, known)], slopes[:, known])
     random = np.where(slopes[:, ~known].any(axis=1), np.inf, np.sqrt(np.maximum(variance, 0.0)))
-    moved = np.where(slopes[:, ~steady].any(axis=1), np.inf, np.abs(slopes[:, steady] @ shift[steady]))
-    return Propagated(results, random, moved)
+    systematic = np.where(slopes[:, ~steady].any(axis=1), np.inf, np.abs(slopes[:, steady] @ shift[steady]))
+    return Propagated(results, random, systematic)
 
 
 def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
     """The fitted BRDF at the directions of a flat scan, as a scan with `uncertainty` and `uncertainty_systematic`.
 
-    As the instrument of the fit reads it, which is what `Solution.predict` gives.
+    It is the BRDF as the instrument of the fit reads it, the values of `Solution.predict`, in the unit of the fit. The
+    uncertainty is that of the curve, not of a further measurement there, which has noise of its own.
     Raises ValueError where a direction belongs to no group of the fit.
     """
     places, acceptance = solution.places(points), Acceptance(solution.instrument, dataset.geometry(points))
@@ -77,7 +86,11 @@ def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
 
 
 def _domain(solution: Solution) -> tuple[Values, Values]:
-    """Declared bounds of shape parameters, widened to hold the values; weights may be anything, which is linear."""
+    """Bounds (n,) within which the function is differentiated: those that the model declares for shape parameters.
+
+    Outside them a term need not be defined. They are widened to hold the values, since a problem may have bounds of its
+    own. Weights have none: the BRDF is linear in them, below zero too.
+    """
     names, values, model = solution.dataset["name"].values.tolist(), solution.dataset["value"].values, solution.model
     lower = np.array([model.shape[n].lower if n in model.shape else -np.inf for n in names])
     upper = np.array([model.shape[n].upper if n in model.shape else np.inf for n in names])

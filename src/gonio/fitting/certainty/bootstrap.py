@@ -1,4 +1,16 @@
-"""How a fit scatters when its scan is drawn again from itself: intervals without a formula for the covariance."""
+"""How a fit scatters when its scan is drawn again from itself: intervals without a formula for the covariance.
+
+With fitted values f_k, residuals r_k and leverages h_k, a draw of the wild bootstrap (kind `residual`) fits
+
+    f_k + s_k r_k / (1 - h_k),   s_k = +1 or -1 by chance,
+
+in place of the measured values: Rademacher signs on the residuals that HC3 takes (wu1986, davidson2008). Directions
+stay, and so does how the noise differs between points. A draw of pairs (freedman1981) takes as many points as there
+are, with replacement.
+
+Intervals are percentiles of the draws, or bias-corrected and accelerated ones, BCa (efron1987). Each draw is a local
+search from the solution, and looks for no other minimum. Both kinds take errors of different points as independent.
+"""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,9 +28,8 @@ from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.solution import Solution
 
 Values = npt.NDArray[np.float64]
-Resampled = tuple[
-    Values | float, Values | float, Values
-]  # factor and offset of every residual, and how often it counts
+# factor and offset of every residual, and how often it counts
+Resampled = tuple[Values | float, Values | float, Values]
 
 KINDS = {
     "residual": "wild: every residual keeps its place and its size, and gets a random sign (davidson2008)",
@@ -52,7 +63,7 @@ def bootstrap(
     random = np.random.default_rng(seed)
     resampled = _wild(plane, residual, random) if kind == "residual" else _pairs(len(residual), random)
     values = np.empty((len(vector), draws))
-    for draw, (factor, offset, counts) in zip(range(draws), resampled, strict=False):
+    for draw, (factor, offset, counts) in zip(range(draws), resampled, strict=False):  # resampled never ends
         end = refit(problem, vector, factors=factor, offset=offset)
         values[:, draw] = np.where(determined & _seen(problem, counts) & (not end.exhausted), end.point, np.nan)
         progress((draw + 1) / draws)
@@ -80,7 +91,7 @@ def refuse_unfit(problem: Problem, kind: str, draws: int) -> None:
 
 
 def percentile(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]]:
-    """Interval of every value between percentiles of its draws; NaN where a draw could not tell the value."""
+    """Interval of every value between percentiles of its draws; NaN where any draw leaves the value undetermined."""
     tails = np.full((drawn.sizes["parameter"], 2), [0.5 - level / 2, 0.5 + level / 2])
     return _quantiles(drawn, tails)
 
@@ -88,7 +99,10 @@ def percentile(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float,
 def bca(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]]:
     """The same, corrected for bias and for a spread that changes with the value (efron1987).
 
-    NaN also where draws pile up on the estimate, because that is at a bound.
+    With z0 the normal quantile of the part of draws below the estimate, and a the acceleration, the percentile of a
+    normal quantile z becomes Phi(z0 + (z0 + z)/(1 - a (z0 + z))).
+    NaN also where draws pile up on the estimate, because that is at a bound: how many lie below it then says nothing
+    about bias.
     """
     values, estimate = drawn["value"].values, drawn["estimate"].values[:, None]
     piled = np.any(values == estimate, axis=1)
@@ -112,14 +126,18 @@ def kept(solution: Solution, drawn: xr.Dataset) -> Solution:
 
 
 def _wild(plane: Tangent, residual: Values, random: np.random.Generator) -> Iterator[Resampled]:
-    """Rademacher signs on the residuals that HC3 takes, about the fitted values."""
+    """Rademacher signs on the residuals that HC3 takes, about the fitted values.
+
+    The offset takes the residual itself away: at the solution the drawn error is then the whole residual.
+    """
     error, _ = left_out(plane, residual)
-    everywhere = np.ones_like(residual)
+    once = np.ones_like(residual)
     while True:
-        yield 1.0, error * random.choice([-1.0, 1.0], size=len(residual)) - residual, everywhere
+        yield 1.0, error * random.choice([-1.0, 1.0], size=len(residual)) - residual, once
 
 
 def _pairs(points: int, random: np.random.Generator) -> Iterator[Resampled]:
+    """Points drawn with replacement: one that comes n times has its squared error n times."""
     while True:
         counts = np.bincount(random.integers(points, size=points), minlength=points)
         yield np.sqrt(counts), 0.0, counts.astype(float)
@@ -131,15 +149,21 @@ def _seen(problem: Problem, counts: Values) -> npt.NDArray[np.bool_]:
 
 
 def _acceleration(plane: Tangent, residual: Values) -> Values:
-    """Skewness over six of the influence of every point on every value."""
-    towards = -(plane.directions @ plane.basis[: len(residual)].T)  # of a measured value, which the residual subtracts
-    influence = towards * residual
+    """The acceleration (n,) of efron1987: the skewness over six of the influence of every point on every value.
+
+    The influence is the change of the values with each residual, to first order, in place of a jackknife of fits.
+    """
+    change = -(plane.directions @ plane.basis[: len(residual)].T)  # by a measured value, which the residual subtracts
+    influence = change * residual
     squares = np.sum(influence**2, axis=1)
     return np.sum(influence**3, axis=1) / np.where(squares > 0, 6 * squares**1.5, 1.0)
 
 
 def _quantiles(drawn: xr.Dataset, tails: Values) -> dict[str, tuple[float, float]]:
-    """Quantiles beyond which another draw lies as often as the tails say, however few the draws."""
+    """Quantiles beyond which another draw lies as often as the tails say, however few the draws.
+
+    Weibull's plotting position, k/(n + 1) for the k-th of n draws, does that; NumPy's default leaves more beyond.
+    """
     rows = zip(drawn["parameter"].values.tolist(), drawn["value"].values, tails, strict=True)
     out = {}
     for name, values, ends in rows:

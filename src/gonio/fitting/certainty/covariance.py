@@ -6,6 +6,10 @@ the fitted ones by A e. Every kind of covariance is A S A', with S what it takes
     robust     S = diag(r_k^2 / (1 - h_k)^2), with the leverage h_k = (J A)_kk (HC3, mackinnon1985)
     scaled     S = s^2 I, with s^2 = r'r / (points - values)
     absolute   S = diag(u_k^2), with u_k the stated uncertainty times the root weight of each point
+
+A is computed from the tangent plane (`objective.tangent`), A = D U' with D its directions and U its basis: no J'J is
+formed, whose condition is the square of that of J. The model is taken as linear in the values over their uncertainty,
+and values as though they had no bounds. docs/intervals.md says how often the resulting intervals hold the truth.
 """
 
 import functools
@@ -30,8 +34,8 @@ Estimator = Callable[[Tangent, Values], Values]
 def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Values | None = None) -> Values:
     """Covariance (n, n) of the free values of a problem at an optimum (n,), of a kind of COVARIANCES.
 
-    slope (points,): as `robust` takes it. Infinite on the diagonal for values that the data do not determine.
-    Raises ValueError as `estimator` does.
+    slope (points,): as `robust` takes it. Infinite on the diagonal for values that the data do not determine, which
+    then have no correlation with others. Raises ValueError as `estimator` does.
     """
     if blocked := in_blocks(problem):
         return bulk.covariance(problem, blocked, vector, kind)
@@ -40,7 +44,7 @@ def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Val
 
 
 def tangent(problem: Problem, vector: Values) -> Tangent:
-    """The tangent plane of the whole residual: of the points, then of what holds values smooth."""
+    """The tangent plane of the whole residual: the points first, then the rows of the penalty of smooth parameters."""
     return Tangent(np.concatenate([jacobian(problem, vector), problem.penalty]))
 
 
@@ -73,12 +77,14 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
     The covariance is then that of a biased estimate about its own mean, and does not contain the bias of smoothing.
     slope (points,): by how much less than for squared errors the loss pulls back a residual that grows, from -1 to 1,
     for residuals that hold the loss's weights: then it is the sandwich of an estimate under that loss (huber1967).
+
+    A value that rests on a point which some value fits exactly is not determined: such a point has no residual.
     """
     error, alone = left_out(plane, residual)
-    basis, held = plane.basis[: len(residual)], plane.basis[len(residual) :]
+    basis, penalty = plane.basis[: len(residual)], plane.basis[len(residual) :]
     inverse = plane.directions @ basis.T
-    if slope is not None and not np.all(slope == 1):
-        bread = basis.T @ (slope[:, None] * basis) + held.T @ held
+    if slope is not None and not np.all(slope == 1):  # for squared errors the bread is the identity
+        bread = basis.T @ (slope[:, None] * basis) + penalty.T @ penalty
         inverse = plane.directions @ np.linalg.pinv(bread) @ basis.T
     unknown = plane.blind
     if alone.any():
@@ -88,9 +94,12 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
 
 
 def scaled(plane: Tangent, residual: Values) -> Values:
-    """The textbook's covariance s^2 (J'J)^-1 (n, n), which holds where the residual scatters alike at every point."""
+    """The textbook's covariance s^2 (J'J)^-1 (n, n), for residuals that scatter by the same amount at every point.
+
+    s^2 is r'r over the degrees of freedom, points less values. With fewer than one of these no value is determined.
+    """
     basis = plane.basis[: len(residual)]
-    freedom = len(residual) - float(np.sum(basis**2))  # a penalty leaves fewer values than it holds
+    freedom = len(residual) - float(np.sum(basis**2))  # effective values, which a penalty makes fewer
     if freedom < 1:
         return infinite(np.zeros((len(plane.blind),) * 2), np.ones_like(plane.blind))
     spread = plane.directions @ basis.T
@@ -106,7 +115,7 @@ def absolute(plane: Tangent, error: Values) -> Values:
 def left_out(plane: Tangent, residual: Values) -> tuple[Values, Mask]:
     """The residual (points,) of each point in a fit without it, r_k / (1 - h_k) to first order.
 
-    Also which points a value fits alone, for which that is zero over zero, and zero is returned.
+    Also which points some value fits exactly: for these that is zero over zero, and zero is returned.
     """
     leverage = plane.leverage(len(residual))
     alone = leverage > ALONE

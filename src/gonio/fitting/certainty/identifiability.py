@@ -2,7 +2,12 @@
 
 Two values trade off where a change of one makes up for a change of the other, so that the data determine some
 combination of both and neither alone. With R the correlation matrix of the fitted values, the standard uncertainty of
-value k is sqrt((R^-1)_kk) times the one that it would have if all others were known: its inflation (belsley1980).
+value k is sqrt((R^-1)_kk) times the one that it would have if all others were known: its inflation, the root of the
+variance inflation factor (belsley1980).
+
+A ratio or product of two such values, or a combination that the model declares, can be determined although its parts
+are not: an example is kdd/(pi gamma), the height of a Cauchy-Lorentz lobe. Everything here is read from the covariance
+of a Solution, so that no fit is made. What it says holds near the optimum; `profile` looks farther.
 """
 
 import itertools
@@ -20,9 +25,8 @@ Mask = npt.NDArray[np.bool_]
 
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
 TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
-STABLE = (
-    1 / 3
-)  # of the relative uncertainty of either part: a ratio or product that is determined although they are not
+# of the relative uncertainty of either part: a ratio or product that is determined although they are not
+STABLE = 1 / 3
 NAMED = 4  # partners that a sentence names at most
 STEEP = 85.0  # deg: beyond, goniometers see little
 DIFFERENCE = 1e-6  # relative step of the derivative of a declared combination
@@ -33,8 +37,9 @@ class Determination:
     """What the data say of one free value.
 
     determined: False where it trades off, is at its bound, or does not matter at all. inflation: its standard
-    uncertainty over the one that it would have if all others were known. partners: the values that make up for it.
-    words: the same as a sentence, with what to do.
+    uncertainty over the one that it would have if all others were known, NaN at a bound, infinite for a value that does
+    not matter. partners: the values that make up for it, the most correlated first. words: the same as a sentence, with
+    what to do.
     """
 
     name: str
@@ -68,6 +73,7 @@ class _Free:
 
     @classmethod
     def of(cls, solution: Solution) -> "_Free":
+        """Those of a solution, in its order."""
         free = np.flatnonzero(~solution.dataset["held"].values)
         names = solution.dataset["parameter"].values[free].tolist()
         covariance = solution.dataset["covariance"].values[np.ix_(free, free)]
@@ -88,15 +94,17 @@ def determinations(solution: Solution, farthest: float = 90.0, profiles: Sequenc
 
 
 def _determinations(solution: Solution, farthest: float) -> list[Determination]:
+    """The determinations from the covariance alone, without profiles."""
     free = _Free.of(solution)
     variance = np.diag(free.covariance)
     known = np.isfinite(variance) & (variance > 0)
     at_bound = dict(zip(solution.values, solution.dataset["at_bound"].values.tolist(), strict=True))
+    # a value at its bound, or without effect, makes up for no other: correlations are those of the rest
     inside = np.flatnonzero(known & np.array([not at_bound[name] for name in free.names], dtype=bool))
-    sub = free.covariance[np.ix_(inside, inside)]
-    spread = np.sqrt(np.diag(sub))
-    correlation = sub / np.outer(spread, spread) if inside.size else sub
-    near = ~_apart(solution)[np.ix_(inside, inside)]
+    covariance = free.covariance[np.ix_(inside, inside)]
+    spread = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(spread, spread) if inside.size else covariance
+    near = ~_across_groups(solution)[np.ix_(inside, inside)]
     inflation = _inflation(correlation, near)
     names = [free.names[k] for k in inside]
     out = []
@@ -115,13 +123,19 @@ def _determinations(solution: Solution, farthest: float) -> list[Determination]:
 
 
 def _partners(names: list[str], correlation: Values, near: Mask, at: int) -> tuple[str, ...]:
-    """The values that make up for one, the strongest first, from its correlation (n,) with every value."""
+    """The values that make up for one, the strongest first, from its correlation (n,) with every value.
+
+    near (n,): which values count. at: its own place, at which the correlation is one.
+    """
     strong = [k for k in np.argsort(-np.abs(correlation)) if near[k] and k != at and abs(correlation[k]) > TOGETHER]
     return tuple(names[k] for k in strong)
 
 
 def _determination(name: str, inflation: float, partners: tuple[str, ...], farthest: float) -> Determination:
-    """What is said of a value inside its bounds whose uncertainty is known."""
+    """What is said of a value inside its bounds whose uncertainty is known.
+
+    An inflation without a partner comes of several weaker correlations, and is not called a trade-off.
+    """
     if not (inflation > INFLATED and partners):
         return Determination(name, True, inflation, (), "determined")
     named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
@@ -132,40 +146,49 @@ def _determination(name: str, inflation: float, partners: tuple[str, ...], farth
 
 
 def _inflation(correlation: Values, near: Mask) -> Values:
-    """Each value's standard uncertainty over the one that it would have if all that are near it were known."""
+    """Each value's standard uncertainty over the one that it would have if all that are near it were known (n,).
+
+    near (n, n): which values count for which. R of values that nearly make up for each other can be singular to
+    rounding, hence the pseudoinverse. An inflation below one is rounding too.
+    """
     if near.all():
         return np.sqrt(np.maximum(np.diag(np.linalg.pinv(correlation, hermitian=True)), 1.0))
     variances = np.ones(len(correlation))
-    for k, some in enumerate(near):
-        block = np.linalg.pinv(correlation[np.ix_(some, some)], hermitian=True)
-        variances[k] = block[some[:k].sum(), some[:k].sum()]
+    for k, counted in enumerate(near):
+        inverse = np.linalg.pinv(correlation[np.ix_(counted, counted)], hermitian=True)
+        place = counted[:k].sum()  # of value k among those that count
+        variances[k] = inverse[place, place]
     return np.sqrt(np.maximum(variances, 1.0))
 
 
-def _apart(solution: Solution) -> Mask:
-    """Which free values are of different groups of a smooth parameter, where neighbours go together anyway."""
+def _across_groups(solution: Solution) -> Mask:
+    """Which pairs of free values (n, n) belong to different groups, where either's parameter is smooth over them.
+
+    Smoothing itself correlates them, which says nothing of what the data determine.
+    """
     rows = np.flatnonzero(~solution.dataset["held"].values)
     if not solution.smooth:
         return np.zeros((len(rows), len(rows)), dtype=bool)
     free = solution.dataset.isel(parameter=rows)
     smooth = np.isin(free["name"].values, list(solution.smooth))
     by, group = free["by"].values, free["group"].values
-    alike = (by[:, None] == by) & (group[:, None] != group)
-    apart: Mask = alike & (smooth[:, None] | smooth)
-    return apart
+    other_group = (by[:, None] == by) & (group[:, None] != group)
+    across_groups: Mask = other_group & (smooth[:, None] | smooth)
+    return across_groups
 
 
 def combinations(solution: Solution) -> list[Combination]:
     """Numbers that the data determine although their parts trade off.
 
-    First those that the model declares, then ratios and products of two values that trade off.
+    First those that the model declares, where they are relatively surer than each of their parts; then ratios and
+    products of two values that trade off, unless one of the first holds both.
     """
     free = _Free.of(solution)
     out = []
     for name, of in solution.model.combinations.items():
         try:
             declared = _declared(name, of, solution, free)
-        except KeyError:  # a part of it has one value a group
+        except KeyError:  # a part of it has one value a group, and no value by its bare name
             continue
         if declared.relative < _surest_part(name, free):
             out.append(declared)
@@ -182,23 +205,28 @@ def combinations(solution: Solution) -> list[Combination]:
 def _pair(one: str, two: str, sign: int, mark: str, free: _Free) -> Combination | None:
     """One times two to the power of `sign`, where that is much better known than either; else None.
 
-    The relative variance of x y^s is v_xx/x^2 + 2 s v_xy/(x y) + s^2 v_yy/y^2, with v the covariance.
+    The relative variance of x y^s is v_xx/x^2 + 2 s v_xy/(x y) + s^2 v_yy/y^2, with v the covariance, to first order.
+    A value of zero has no relative uncertainty.
     """
     known = free.by_name
     if not known[one] or not known[two]:
         return None
     at = [free.names.index(one), free.names.index(two)]
-    scaled = free.covariance[np.ix_(at, at)] / np.outer([known[one], known[two]], [known[one], known[two]])
+    relative_covariance = free.covariance[np.ix_(at, at)] / np.outer([known[one], known[two]], [known[one], known[two]])
     direction = np.array([1.0, sign])
-    relative = float(np.sqrt(max(direction @ scaled @ direction, 0.0)))
-    if not relative < STABLE * np.sqrt(min(scaled[0, 0], scaled[1, 1])):
+    # the terms cancel where the pair is determined, and rounding can leave less than zero
+    relative = float(np.sqrt(max(direction @ relative_covariance @ direction, 0.0)))
+    if not relative < STABLE * np.sqrt(min(relative_covariance[0, 0], relative_covariance[1, 1])):
         return None
     value = known[one] * known[two] ** sign
     return Combination(f"{one}{mark}{two}", value, abs(value) * relative)
 
 
 def _declared(name: str, of: object, solution: Solution, free: _Free) -> Combination:
-    """A combination that the model declares as a function of the values by name."""
+    """A combination that the model declares as a function of the values by name, by the law of propagation.
+
+    Infinite uncertainty where a value takes part that the data do not determine. KeyError for a name without a value.
+    """
     assert callable(of)
     values: Mapping[str, float] = {**solution.values, **free.by_name}
     value = float(of(values))
@@ -207,7 +235,7 @@ def _declared(name: str, of: object, solution: Solution, free: _Free) -> Combina
         step = DIFFERENCE * max(abs(values[parameter]), DIFFERENCE)
         ahead, behind = ({**values, parameter: values[parameter] + s} for s in (step, -step))
         slope[k] = (float(of(ahead)) - float(of(behind))) / (2 * step)
-    parts = np.flatnonzero(slope)
+    parts = np.flatnonzero(slope)  # an infinite variance of a value that takes no part must not come in
     variance = slope[parts] @ free.covariance[np.ix_(parts, parts)] @ slope[parts]
     return Combination(name, value, float(np.sqrt(variance)) if np.isfinite(variance) else np.inf)
 

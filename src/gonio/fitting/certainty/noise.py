@@ -1,8 +1,9 @@
 """The noise of a scan, read from the residuals of a fit: how much of it is constant, and how much in proportion.
 
-The variance of a residual is a + b f^2, in units of the weighting, with f the modelled BRDF: a for noise that is
+The variance of a residual is g (a + b f^2), with f the modelled BRDF and g the weight of the point: a for noise that is
 constant, b for noise in proportion to the value. So neither a peak nor a tail looks wrong only because its noise
-differs. The residuals are those about a robust fit in the tangent plane: one derivative serves all its rounds.
+differs. a and b are those of the largest likelihood under Student's t (lange1989). The residuals are those about a
+robust fit in the tangent plane: one derivative serves all its rounds, as far as the model is linear that near.
 """
 
 from typing import NamedTuple
@@ -18,10 +19,10 @@ from gonio.fitting.search.reweighting import scatter
 
 Values = npt.NDArray[np.float64]
 
-EXACT = 1e-5  # of a value: the least noise that a file of six digits can tell
+EXACT = 1e-5  # of a value: the least noise that a file of six digits can show
 FREEDOM = 4.0  # degrees of freedom of the t distribution that stands for noise with outliers
 ROBUST_ROUNDS = 20  # fits in the tangent plane
-NOISE_ROUNDS = 20  # reweightings; each takes a third of the way at least
+NOISE_ROUNDS = 20  # reweightings; each goes at least a third of the remaining way
 TRIMMED = 2.5  # standard deviations: where the far tails begin
 TRIMMED_VARIANCE = 0.9113  # of what the trimming leaves of a standard normal number
 
@@ -29,7 +30,8 @@ TRIMMED_VARIANCE = 0.9113  # of what the trimming leaves of a standard normal nu
 class Kinds(NamedTuple):
     """Variance of every residual (points, 2) by noise that is constant and by noise in proportion, of one size.
 
-    top: the largest modelled BRDF, at which both kinds are of that size. logarithmic: of the residual.
+    top: the largest modelled BRDF, at which both kinds are of that size, so that their amounts are numbers of like
+    size. logarithmic: whether the residual compares logarithms.
     """
 
     variances: Values
@@ -43,10 +45,10 @@ class Kinds(NamedTuple):
         return kinds._replace(variances=kinds.at(problem.root_weights, modelled, problem.measured))
 
     def at(self, root_weights: Values, modelled: Values, measured: Values) -> Values:
-        """The same (m, 2) at other points."""
-        modelled = np.maximum(modelled, 0.0)
+        """The same (m, 2) at other points, from their root weights, modelled and measured BRDF (m,)."""
+        modelled = np.maximum(modelled, 0.0)  # a model that is negative there has no noise in proportion
         per_brdf = root_weights
-        if self.logarithmic:
+        if self.logarithmic:  # d ln f = df / f, which must not divide by a modelled zero
             per_brdf = per_brdf / np.maximum(modelled, EXACT * measured)
         out: Values = per_brdf[:, None] ** 2 * (modelled[:, None] / self.top) ** [0, 2]
         return out
@@ -80,7 +82,11 @@ class Noise(NamedTuple):
 
 
 def estimated(residual: Values, slopes: Values, kinds: Kinds) -> Noise:
-    """The noise of residuals (points,) with derivatives `slopes` (points, n), by a fit under Cauchy's loss."""
+    """The noise of residuals (points,) with derivatives `slopes` (points, n), by a fit under Cauchy's loss.
+
+    Each round finds the amounts of noise from the residuals that remain, weighs every point by its own variance and by
+    how little it is an outlier, and fits again (`search.reweighting` has the reason).
+    """
     remaining, free, trust = residual, slopes.shape[1], np.ones_like(residual)
     for _ in range(ROBUST_ROUNDS):
         amounts, least = _amounts(remaining, kinds.variances)
@@ -97,7 +103,9 @@ def estimated(residual: Values, slopes: Values, kinds: Kinds) -> Noise:
 def _amounts(residual: Values, kinds: Values) -> tuple[Values, float]:
     """How much of each kind of noise makes the residuals likeliest, and the least variance over the sum of its kinds.
 
-    The likelihood is that of Student's t, by reweighting (lange1989): outliers do not move it far.
+    The likelihood is that of Student's t, by reweighting (lange1989): outliers do not move it far. With u^2 the squared
+    residual over the variance so far, and n = FREEDOM, the new variance is fitted to (n + 1)/(n + u^2) u^2 times the
+    old one, by amounts that are not negative (NNLS). The least variance keeps an exact fit from dividing by zero.
     """
     counted = kinds[:, 0] > 0  # a point without weight has no residual either
     squared, shares = residual[counted] ** 2, kinds[counted]
@@ -120,9 +128,12 @@ def _variance(kinds: Values, amounts: Values, least: float) -> Values:
 
 
 def _spread(residual: Values, free: int) -> float:
-    """Standard deviation of a normal residual from all but its far tails: less uncertain than its median size."""
+    """Standard deviation of a normal residual from all but its far tails: less uncertain than its median size.
+
+    The median is where it starts, since which residuals are in the tails depends on the deviation itself.
+    """
     size = scatter(residual, free)
     for _ in range(NOISE_ROUNDS):
-        kept = residual[np.abs(residual) < TRIMMED * size]
-        size = float(np.sqrt(np.sum(kept**2) / max(len(kept) - free, 1) / TRIMMED_VARIANCE))
-    return size or 1.0
+        trimmed = residual[np.abs(residual) < TRIMMED * size]
+        size = float(np.sqrt(np.sum(trimmed**2) / max(len(trimmed) - free, 1) / TRIMMED_VARIANCE))
+    return size or 1.0  # residuals that are all zero, which any size leaves so

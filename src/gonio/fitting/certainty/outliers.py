@@ -1,9 +1,11 @@
 """Points that do not belong: studentised residuals, and whether it is rather the model that does not.
 
-A studentised residual is a residual over its own standard deviation, which the noise of the scan gives (`noise`). A
-point is far off where that is beyond what a clean scan of normal noise shows once in a hundred scans. Where neighbours
-err to the same side more often than by chance, the model lacks something, and a point that is far off may be no
-outlier.
+A studentised residual is a residual over its own standard deviation, sqrt(v_k (1 - h_k)), with the variance v_k that
+the noise of the scan gives (`noise`) and the leverage h_k. A point is far off where that is beyond what a clean scan of
+normal noise shows once in a hundred scans.
+
+Where neighbours err to the same side more often than by chance, the model lacks something, and a point that is far off
+may be no outlier. Nothing is removed from a fit here; such points are only reported.
 """
 
 import math
@@ -27,7 +29,7 @@ Mask = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.intp]
 
 CHANCE = 0.01  # that a clean scan of normal noise shows any point beyond the threshold (Bonferroni's bound)
-FEWEST = 30  # points more than values: below, a scatter is too uncertain to call a point wrong
+FEWEST = 30  # points more than values: below, the scatter is too uncertain to call a point wrong
 CERTAIN = 3.0  # standard deviations by which neighbours agree in sign more often than by chance
 MARKED = 0.2  # the same as a correlation: below it a misfit is small against the noise
 NEAR, GRAZING = 10.0, 75.0  # deg: from the specular direction or the beam; theta_r from which a direction grazes
@@ -38,9 +40,10 @@ REGIONS = ("the specular direction", "the incident beam", "grazing", "elsewhere"
 class Scrutiny:
     """What the residuals of a fit say about its points.
 
-    studentised (points,): residual of every point in use over its own scatter. threshold: beyond it a point does not
-    belong, infinite where there are too few points to tell. agreement: correlation of the signs of neighbours.
-    systematic: whether that is large and no chance, so that what is beyond is misfit before it is outlier.
+    points: those in use, as a flat scan. studentised (points,): residual of each over its own scatter. threshold:
+    beyond it a point does not belong, infinite where there are too few points to tell. agreement: correlation of the
+    signs of neighbours. systematic: whether that is large and no chance: points beyond the threshold are then likely
+    to be misfit of the model, not outliers.
     """
 
     points: xr.Dataset
@@ -56,15 +59,20 @@ class Scrutiny:
 
     @property
     def regions(self) -> dict[str, Places]:
-        """The points beyond the threshold by where they lie, the farthest off first."""
+        """The points beyond the threshold by where they lie, one of REGIONS, the farthest off first.
+
+        By angles between directions in space: out of plane theta_r and theta_i alone do not say what is near the
+        specular direction. A point near two regions counts for the first.
+        """
         far = np.flatnonzero(self.beyond)
         order = far[np.argsort(-np.abs(self.studentised[far]), kind="stable")]
-        some = self.points.isel(direction=order)
-        g = dataset.geometry(some)
+        points = self.points.isel(direction=order)
+        g = dataset.geometry(points)
+        # cosines of the angle to the specular direction (-x_i, -y_i, z_i), and to the incident beam
         mirror = g.z_i * g.z_r - g.x_i * g.x_r - g.y_i * g.y_r
         source = g.z_i * g.z_r + g.x_i * g.x_r + g.y_i * g.y_r
         near = math.cos(math.radians(NEAR))
-        where = np.select([mirror > near, source > near, some["theta_r"].values >= GRAZING], [0, 1, 2], 3)
+        where = np.select([mirror > near, source > near, points["theta_r"].values >= GRAZING], [0, 1, 2], 3)
         places = {region: order[where == k] for k, region in enumerate(REGIONS)}
         return {region: at for region, at in places.items() if at.size}
 
@@ -73,14 +81,17 @@ def scrutinise(problem: Problem, vector: npt.ArrayLike) -> Scrutiny:
     """Residuals of the points as a robust fit near the fitted values (n,) sees them, so that no outlier hides others.
 
     Near means in the tangent plane: it costs one derivative, and what lies far off lies far off there too. Of very many
-    points the robust fit and the noise are those of SAMPLE of them, and no point has a leverage worth its name.
+    points the robust fit and the noise are those of SAMPLE of them, and leverages are so small that they are left out.
+
+    Too few points, fewer than FEWEST more than values, are not judged: nothing is beyond an infinite threshold. Nor
+    are residuals that are mostly the rounding of the file (EXACT): their studentised residuals are zero.
     """
     points, vector = problem.points, np.asarray(vector, dtype=float)
     count, free = len(problem.measured), len(vector)
     if count < free + FEWEST:
         return Scrutiny(points, np.zeros(count), math.inf, math.nan, False)
     blocked = in_blocks(problem)
-    few = _some(problem) if blocked else problem
+    few = _sample(problem) if blocked else problem
     modelled = few.brdf(vector)
     residual, slopes = few.difference(modelled), jacobian(few, vector)
     noise = estimated(residual, slopes, Kinds.of(few, modelled))
@@ -91,19 +102,22 @@ def scrutinise(problem: Problem, vector: npt.ArrayLike) -> Scrutiny:
     else:
         studentised = noise.studentised(residual, slopes)
     certainty = (len(residual) - free) / 3  # degrees of freedom of the noise at the ends of its range, by simulation
-    threshold = float(-stdtrit(certainty, CHANCE / 2 / count))
+    threshold = float(-stdtrit(certainty, CHANCE / 2 / count))  # two-sided, and of so many points (Bonferroni)
     agreement, certain = _agreement(points, studentised)
     return Scrutiny(points, studentised, threshold, agreement, certain > CERTAIN and agreement > MARKED)
 
 
-def _some(problem: Problem) -> Problem:
-    """The problem of SAMPLE of its points, one from each of as many stretches of the file."""
+def _sample(problem: Problem) -> Problem:
+    """The problem of SAMPLE of its points, one from each of as many stretches of the file.
+
+    All have the same chance, other than in the sample of a search: the noise is to be that of the points as they come.
+    """
     random, count = np.random.default_rng(SEED), len(problem.measured)
     return problem.part(np.unique(((np.arange(SAMPLE) + random.random(SAMPLE)) * count / SAMPLE).astype(np.intp)))
 
 
 def _of_all(problem: Problem, points: BlockedProblem, vector: Values, noise: Noise) -> Values:
-    """Studentised residuals of all points of a problem of very many, from the noise of some."""
+    """Studentised residuals of all points of a problem of very many, from the noise of a sample, a block at a time."""
 
     def studentised(linear: LinearSet) -> tuple[Places, Values]:
         rows, root = linear.points.rows, linear.points.root
@@ -119,14 +133,20 @@ def _of_all(problem: Problem, points: BlockedProblem, vector: Values, noise: Noi
 
 
 def _agreement(points: xr.Dataset, studentised: Values) -> tuple[float, float]:
-    """Correlation of the signs of neighbours along the curves of a scan, and that in standard deviations of chance."""
+    """Correlation of the signs of neighbours along the curves of a scan, and that in standard deviations of chance.
+
+    Signs alone, so that no outlier counts for more than another point. A curve is one half-plane and its continuation
+    beyond the normal, at one incidence angle of one set. By chance the product of two signs is +1 or -1 with equal
+    probability, and the mean of n products has the standard deviation 1/sqrt(n). Both are zero where no two points are
+    neighbours.
+    """
     azimuth = points["phi"].values % 360
     sets = [points[name].values for name in dataset.sets(points)]
     group = combined(sets) if sets else np.zeros(len(azimuth), dtype=np.intp)
     curve = distinct_in_groups([points["theta_i"].values, azimuth % 180], group)
-    some = np.flatnonzero(np.bincount(curve)[curve] > 1)  # a grid of other coordinates has few neighbours
-    signed = np.where(azimuth[some] >= 180, 1.0, -1.0) * points["theta_r"].values[some]
-    order = some[np.lexsort((signed, curve[some]))]
+    rows = np.flatnonzero(np.bincount(curve)[curve] > 1)  # a grid of other coordinates has few neighbours
+    signed = np.where(azimuth[rows] >= 180, 1.0, -1.0) * points["theta_r"].values[rows]
+    order = rows[np.lexsort((signed, curve[rows]))]
     first, second = order[:-1], order[1:]
     signs = np.sign(studentised)
     pairs = (curve[first] == curve[second]) & (signs[first] != 0) & (signs[second] != 0)

@@ -1,1 +1,1 @@
-"""Fits of many scans at once, compiled by JAX: the arrays have one lane (the last axis) for each scan."""
+"""Fits of many scans at once, compiled by JAX: each scan is a lane, a place along the last axis of every array."""

@@ -1,4 +1,18 @@
-"""How sure the values of each lane are: the covariances of `fit.covariance`, many lanes at once."""
+"""Covariances of the values of each lane: those of `certainty.covariance`, many lanes at once.
+
+With J the derivative of the modelled values by weights and shape, each row times the root of the point's weight, and
+A = (J'J)^-1 J', every kind of covariance is A S A':
+
+    robust     S = diag(r_k^2 / (1 - h_k)^2), with the leverage h_k = (J A)_kk (HC3, mackinnon1985)
+    scaled     S = s^2 I, with s^2 = r'r / (points - values)
+    absolute   S = diag(u_k^2), with u_k the stated uncertainty times the root weight of each point
+
+It is computed as (J'J)^-1 (J'SJ) (J'J)^-1 from Gram matrices and sweeps, in columns of unit length, where a fit of one
+scan takes the singular value decomposition of J. This squares the condition: columns that agree to 1e-7 of their length
+are not determined here, in double precision, and to 1e-10 there.
+
+Weights at a bound are not held: their columns are in J as the others are. Systematic uncertainties are not propagated.
+"""
 
 import functools
 
@@ -15,7 +29,7 @@ from gonio.fitting.many.projection import (
     full,
     gram,
     in_cells,
-    left,
+    residual_of,
     shape_values,
     slopes,
     times,
@@ -31,37 +45,48 @@ ALONE = 1e-9  # 1 - leverage of a point that one value fits exactly, which says 
 def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, kind: str) -> Array:
     """Covariance (n + d, n + d, lanes) of weights and shape, infinite where the data do not determine a value.
 
-    kind: of `fit.covariance`. error (cells, rows, lanes): the standard deviation of each residual, for `absolute`.
+    Such a value has no covariance with others: zeros. Weights are over the scale of each lane's data, as in the state.
+    kind: of COVARIANCES. error (cells, rows, lanes): the standard deviation of each residual, which `absolute` takes
+    and the others do not look at.
     """
     shape, size = shape_values(state.unit, lanes.axes), layout.n + layout.d
     point = weighted(layout, lanes, basis(layout, lanes, shape))
-    moved = [(tuple(layout.n + c for c in of), column) for of, column in slopes(layout, lanes, shape, state.weights)]
-    columns = [(of, full(lanes, column)) for of, column in (*point.columns, *moved)]
-    inverse, length, blind = _inverse(gram(layout, columns, size))
-    columns = [(of, column / in_cells(length, of)) for of, column in columns]
-    residual = left(point, state.weights)
+    moved = [(tuple(layout.n + c for c in index), s) for index, s in slopes(layout, lanes, shape, state.weights)]
+    columns = [(index, full(lanes, column)) for index, column in (*point.columns, *moved)]
+    inverse, length, undetermined = _inverse(gram(layout, columns, size))
+    columns = [(index, column / in_cells(length, index)) for index, column in columns]
+    residual = residual_of(point, state.weights)
     leverage = _leverage(columns, inverse)
     if kind == "scaled":
+        # Leverages add up to the number of values that the data determine. Points of no weight are none.
         freedom = (lanes.root > 0).sum(axis=(0, 1)) - leverage.sum(axis=(0, 1))
-        blind = blind | (freedom < 1 - 1e-6)
-        found = inverse * jnp.sum(residual**2, axis=(0, 1)) / jnp.where(freedom > 0, freedom, 1.0)
+        undetermined = undetermined | (freedom < 1 - 1e-6)  # one is enough, but for the rounding of that sum
+        spread = inverse * jnp.sum(residual**2, axis=(0, 1)) / jnp.where(freedom > 0, freedom, 1.0)
     else:
-        alone = leverage > 1 - ALONE
+        exact = leverage > 1 - ALONE
         if kind == "robust":
-            error = jnp.where(alone, 0.0, residual / jnp.where(alone, 1.0, 1 - leverage))
-            blind = blind | jax.lax.cond(
-                alone.any(), lambda: _fitted_alone(layout, columns, inverse, alone), lambda: jnp.zeros_like(blind)
+            error = jnp.where(exact, 0.0, residual / jnp.where(exact, 1.0, 1 - leverage))
+            # Few lanes have such a point, so the products that trace it are computed only for blocks that do.
+            undetermined = undetermined | jax.lax.cond(
+                exact.any(),
+                lambda: _dependent_on(layout, columns, inverse, exact),
+                lambda: jnp.zeros_like(undetermined),
             )
-        found = _between(inverse, gram(layout, times(columns, error), size))
-    found = found / length[:, None] / length[None, :]
-    blind = blind | ~(jnp.diagonal(found, axis1=0, axis2=1).T >= 0)  # rounding has eaten it
-    unknown = blind[:, None] | blind[None, :]
+        spread = _between(inverse, gram(layout, times(columns, error), size))
+    spread = spread / length[:, None] / length[None, :]
+    # A variance that rounding made negative is not known; "not at least zero" is true of NaN too.
+    undetermined = undetermined | ~(jnp.diagonal(spread, axis1=0, axis2=1).T >= 0)
+    masked = undetermined[:, None] | undetermined[None, :]
     infinite = jnp.where(np.eye(size, dtype=bool)[:, :, None], jnp.inf, 0.0)
-    return jnp.where(unknown, infinite, found)
+    return jnp.where(masked, infinite, spread)
 
 
 def _inverse(matrix: Array) -> tuple[Array, Array, Array]:
-    """The inverse of a Gram matrix in units of its columns' lengths, these, and which values it does not determine."""
+    """The inverse of a Gram matrix in units of its columns' lengths, these, and which values it does not determine.
+
+    A column that depends on others is not swept, and its row then holds the factors by which they make it up. A value
+    whose column takes part in that (by more than rounding, 1e-6) can be traded for it: it is not determined either.
+    """
     size = len(matrix)
     scaled, length = unit_scaled(matrix)
     swept, used = sweep(scaled, size, jnp.ones(length.shape, dtype=bool))
@@ -71,22 +96,26 @@ def _inverse(matrix: Array) -> tuple[Array, Array, Array]:
 
 
 def _leverage(columns: Columns, inverse: Array) -> Array:
-    """The share of each point's own value in what is fitted there (cells, rows, lanes)."""
+    """The leverage of each point (cells, rows, lanes): the share of its own value in what is fitted there, 0 to 1.
+
+    Rounding can carry it out of that range, where 1 - leverage would change its sign: it is clipped.
+    """
     total = jnp.zeros((), dtype=inverse.dtype)
-    for at, (i, a) in enumerate(columns):
+    for k, (i, a) in enumerate(columns):
         across = a * inverse[np.array(i), np.array(i)][:, None]
-        for j, b in columns[at + 1 :]:
-            across = across + 2 * b * inverse[np.array(i), np.array(j)][:, None]
+        for j, b in columns[k + 1 :]:
+            across = across + 2 * b * inverse[np.array(i), np.array(j)][:, None]  # twice: the inverse is symmetric
         total = total + a * across
     return jnp.clip(total, 0.0, 1.0)
 
 
-def _fitted_alone(layout: Layout, columns: Columns, inverse: Array, alone: Array) -> Array:
-    """Which values a point tells that is fitted exactly (n, lanes)."""
-    fitted = _between(inverse, gram(layout, times(columns, alone), len(inverse)))
-    own, whole = (jnp.diagonal(m, axis1=0, axis2=1).T for m in (fitted, inverse))
-    return own > 1e-9 * whole
+def _dependent_on(layout: Layout, columns: Columns, inverse: Array, points: Array) -> Array:
+    """Which values (n, lanes) depend on some points, by more than 1e-9 of their variance for equal errors."""
+    of_points = _between(inverse, gram(layout, times(columns, points), len(inverse)))
+    from_points, from_all = (jnp.diagonal(m, axis1=0, axis2=1).T for m in (of_points, inverse))
+    return from_points > 1e-9 * from_all
 
 
 def _between(inverse: Array, middle: Array) -> Array:
+    """The product inverse middle inverse of every lane, in full precision on a GPU too."""
     return jnp.einsum("ijl,jkl,kml->iml", inverse, middle, inverse, precision="highest")

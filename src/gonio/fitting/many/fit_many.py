@@ -1,4 +1,13 @@
-"""Many scans of the same directions, fitted at once: the Problem of one scan, compiled and batched by JAX."""
+"""Many scans of the same directions, fitted at once: the Problem of one scan, compiled and batched by JAX.
+
+Every lane of a stack is a fit of its own by variable projection (golub1973): for given shape parameters the weights are
+the exact optimum of bounded linear least squares, and damped Gauss-Newton steps search the shape alone. Lanes share
+their directions, so one compiled program steps all lanes of a block together.
+
+What is done here is to check the arguments and to put the parts together: `layout` (what lanes share), `reading`
+(blocks of lanes from the stack), `runner` (the order of work), `projection`, `starts`, `annealing`, `covariance` and
+`sweep` (compiled), and `results`. JAX is an optional dependency, so functions import it where they need it.
+"""
 
 import functools
 import time
@@ -39,24 +48,33 @@ def fit_many(
 ) -> xr.Dataset:
     """Fit every scan of a stack by the problem of one of them, as `fit` does for one.
 
-    problem: model, held, grouped, shared, weighting and bounds; its scan says which dimensions are no lanes.
-    stack: a Dataset whose `brdf` has the dimensions of one scan and further ones, lanes: each is fitted on its own,
-        with its own gaps, mask and uncertainties, over directions that all share. One on disk is read block by block.
-        One of no lanes gives an empty Dataset at once, which says what one of many lanes would hold.
+    problem: model, held, grouped, shared, weighting and bounds. Dimensions of its scan's `brdf` are dimensions of each
+        scan of the stack; its values are not fitted unless it is a scan of the stack itself.
+    stack: a Dataset whose `brdf` has the dimensions of one scan and further ones. Each place along the further ones is
+        a lane, which is fitted on its own, with its own gaps, mask and uncertainties, over directions that all share.
+        A stack on disk is read block by block. One without lanes gives an empty Dataset at once, with the variables
+        and attributes that one of many lanes would have.
     solver: a Projection, by default one with fewer trials than for a single scan, or an Anneal, whose chains run side
         by side.
-    covariance: a kind of COVARIANCES, or "" for none. precision: float64 or float32, in which rounding moves E by some
-        1e-6 and values that the data hardly determine by more. device: "cpu", "gpu", or what JAX prefers.
-    block: lanes that are searched side by side; 0 takes what suits the device. Results do not depend on other lanes of
-        a block but for rounding.
+    covariance: a kind of COVARIANCES, or "" for none.
+    precision: float64 or float32. In float32 rounding moves E by some 1e-6 of itself, and values that the data hardly
+        determine by more.
+    device: "cpu", "gpu", or "" for what JAX prefers.
+    block: lanes that are searched side by side; 0 takes what suits the device. The other lanes of a block change the
+        results of a lane by rounding at most.
+    progress: called with the part that is done, 0 to 1.
+
     Returns a Dataset over the lane dimensions and `parameter`, as `Results.dataset` says; `solution_of` makes a
-    Solution of one lane. Raises ValueError where the stack is none, for settings that are none, without JAX, and for
-    what only a fit of one scan can do: instruments, smooth values, robust losses, logarithms.
+    Solution of one lane. A lane that cannot be fitted raises nothing: its `status` says why, and its values are NaN.
+    Raises ValueError for a stack that is a single scan, for unknown settings, without JAX, and for what only a fit of
+    one scan can do: an instrument's acceptance, smooth values, robust losses, log weighting, point_weights.
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
     _refuse(problem, covariance, precision)
     jax = _jax_or_remedy()
+    # The problem gets a scan of ones in place of its own. Its points are then all directions of the stack, also those
+    # at which its own scan has a gap: gaps are a matter of each lane.
     if all(stack.sizes[d] for d in dims):
         problem = replace(problem, data=one_scan(stack, dims))
         lanes = StackLanes(stack, dims, problem.points[NODE].values)
@@ -79,18 +97,24 @@ def fit_many(
 
 
 def _searched(problem: Problem, lanes: StackLanes, search: Search, progress: Progress) -> Results:
-    """What became of every lane; the search of long scans begins where one of some of their points ended."""
+    """What became of every lane; the search of long scans begins where one on part of their points ended.
+
+    Most steps of a search then look at few points. Only the shape is taken from the first search: weights, E and
+    covariances are those of all points. An annealing has all points in every step.
+    """
     shared, start = laid_out(problem), None
     if shared.order.size > LONG and len(problem.free_shape) and isinstance(search.solver, Projection):
-        few = replace(search, covariance="", thorough=False)
-        some = _run(problem, shared.thinned(FEW), lanes, few, None, lambda done: progress(done / 2))
-        shape = some.value[:, problem.n_weights :]
+        rough = replace(search, covariance="", thorough=False)
+        preliminary = _run(problem, shared.thinned(FEW), lanes, rough, None, lambda done: progress(done / 2))
+        shape = preliminary.value[:, problem.n_weights :]
+        # Lanes or groups without a point among the part have no shape yet, and start from the declared defaults.
         start = problem.axes().unit(np.where(np.isfinite(shape), shape, problem.shape_start)).T
         progress = functools.partial(_second_half, progress)
     return _run(problem, shared, lanes, search, start, progress)
 
 
 def _second_half(progress: Progress, done: float) -> None:
+    """The progress of the second of two searches that count for half each."""
     progress((1 + done) / 2)
 
 
@@ -109,7 +133,11 @@ def _run(
 
 
 def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
-    """The dimensions of the stack that the problem's scan lacks."""
+    """The dimensions of the stack that the problem's scan lacks; ValueError where there are none, or the scan has more.
+
+    So the problem decides what is fitted jointly: of a stack over sample and wavelength, a scan over wavelength makes
+    lanes of the samples alone.
+    """
     of_scan = set(map(str, problem.data["brdf"].dims))
     dims = tuple(str(d) for d in stack["brdf"].dims if d not in of_scan)
     if not dims or not of_scan <= set(map(str, stack["brdf"].dims)):
@@ -123,24 +151,25 @@ def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
 
 
 def _refuse(problem: Problem, covariance: str, precision: str) -> None:
-    """ValueError for what only a fit of one scan can do."""
+    """ValueError for settings that are unknown, and for what only a fit of one scan can do."""
     if covariance and covariance not in COVARIANCES:
         raise ValueError(f"no covariance {covariance!r}: choose one of {', '.join(COVARIANCES)}, or none")
     if precision not in PRECISIONS:
         raise ValueError(f"no precision {precision!r}: choose {' or '.join(PRECISIONS)}")
-    for_one = {
+    unsupported = {
         "an instrument's acceptance": bool(problem.instrument),
         "smooth values": bool(problem.smoothed),
         f"a {problem.loss} loss": problem.loss != "squared",
         "log weighting": problem.logarithmic,
         "point_weights": problem.point_weights is not None,
     }
-    for what, asked in for_one.items():
-        if asked:
-            raise ValueError(f"{what} is for fits of one scan, and these are many: leave it out, or fit one by one")
+    for feature, requested in unsupported.items():
+        if requested:
+            raise ValueError(f"{feature} is for fits of one scan, and these are many: leave it out, or fit one by one")
 
 
 def _jax_or_remedy() -> Any:
+    """JAX, which is an optional dependency; ValueError that says how to install it."""
     try:
         import jax
     except ImportError:
@@ -149,6 +178,7 @@ def _jax_or_remedy() -> Any:
 
 
 def _device(name: str) -> Any:
+    """The first device of a platform, or the one that JAX prefers; ValueError with those that JAX sees."""
     import jax
 
     if not name:

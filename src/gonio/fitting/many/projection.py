@@ -1,8 +1,17 @@
 """Variable projection of many lanes at once, compiled by JAX: the mathematics of `fit_many`.
 
-Points are (cells, rows, lanes) and small matrices (n, n, lanes), so that the last, contiguous axis is the one along
-which nothing has to be added up. Shape parameters are searched in the coordinates 0 to 1 of `fit.axes`; for each shape
-the weights are exact (golub1973), and the derivative leaves out how they turn (kaufman1975).
+For shape parameters u, let A(u) be the terms at the points, each times the root of the point's weight, and y the
+measured values times the same roots, scaled so that y'y = 1. The weights w(u) within bounds that minimise |y - A w|^2
+are exact, and only u is searched (golub1973), in the coordinates 0 to 1 of `objective.axes`. With the residual
+r = y - A w and S = (dA/du) w, a Gauss-Newton step for E = r'r (guo2023, eq 11) uses
+
+    pull = S'r,    hessian = S'S - S'A (A'A)^-1 A'S,
+
+with the columns in A of the weights that are at no bound. The hessian leaves out how w changes through the residual
+(kaufman1975), so it needs no second derivatives. Steps are damped (levenberg1944, marquardt1963, nielsen1999).
+
+Points are (cells, rows, lanes) and small matrices (n, n, lanes): sums run over the other axes, and every operation,
+those on small matrices included, runs along the last, contiguous one. Where to start is chosen in `starts`.
 """
 
 import functools
@@ -21,42 +30,38 @@ Columns = list[tuple[tuple[int, ...], Array]]  # the column in every cell, and t
 
 
 class LaneArrays(NamedTuple):
-    """What a search sees: common numbers, then each lane's.
+    """The numbers of a search: the first three are common to all lanes, the others have a last axis of lanes.
 
-    geometry: components (cells, rows, 1). held: by name (cells, 1, 1). axes: the maps of the shape's coordinates.
-    lower, upper: of the weights (n, lanes), in units of each lane's own. root: roots of weights of the points (cells,
-    rows, 1 or lanes), 0 for what does not count. target: values times root. fixed: in what the values of held weights
-    are multiplied (lanes). Targets are scaled so that their squared sum is 1: the squared residual is E (eq 11).
+    Targets are scaled so that their squared sum is 1: the squared residual is E (eq 11).
     """
 
-    geometry: tuple[Array, ...]
-    held: dict[str, Array]
-    axes: tuple[Array, ...]
-    lower: Array
+    geometry: tuple[Array, ...]  # components (cells, rows, 1)
+    held: dict[str, Array]  # held values by name, (cells, 1, 1)
+    axes: tuple[Array, ...]  # `Axes.maps` of the shape's coordinates, each (d, 1)
+    lower: Array  # bounds of the weights (n, lanes), over the scale of each lane's data
     upper: Array
-    root: Array
-    target: Array
-    fixed: Array
+    root: Array  # roots of the weights of points (cells, rows, 1 or lanes); 0 for padding and gaps
+    target: Array  # measured values times root
+    fixed: Array  # one over the scale of each lane's data (lanes,), by which held weights are multiplied
 
 
 class State(NamedTuple):
-    """Where each lane is: coordinates `unit` (d, lanes), weights (n, lanes) and what is known there.
+    """Where the search of each lane is, and what is known there.
 
-    side: which weights are at a bound. cost: E. hessian (d, d, lanes), pull (d, lanes): of half of E, along the
-    coordinates. damping, growth: of the next step. left: what a step can still win, relative to E. done: no more steps.
+    `cost` to `pull` are those of `unit`, and the fields from `weights` to `pull` are those of an `_Evaluation`.
     """
 
-    unit: Array
-    weights: Array
-    side: Array
-    cost: Array
-    hessian: Array
-    pull: Array
-    damping: Array
-    growth: Array
-    left: Array
-    done: Array
-    steps: Array
+    unit: Array  # coordinates (d, lanes)
+    weights: Array  # (n, lanes), over the scale of each lane's data
+    side: Array  # at which bound each weight is: -1 lower, 0 none, 1 upper
+    cost: Array  # E
+    hessian: Array  # of half of E, along the coordinates (d, d, lanes)
+    pull: Array  # the downhill gradient of half of E (d, lanes)
+    damping: Array  # of the next step
+    growth: Array  # the factor of damping when the next step is refused
+    remaining: Array  # by how much an undamped step could still lower E, relative to E
+    done: Array  # lanes that take no more steps
+    steps: Array  # steps so far; -1 before the first evaluation, which is none
 
 
 def shape_values(unit: Array, axes: tuple[Array, ...]) -> Array:
@@ -76,17 +81,18 @@ def _slope_of_axes(unit: Array, axes: tuple[Array, ...]) -> Array:
 def _at_points(layout: Layout, lanes: LaneArrays, shape: Array) -> dict[str, Array]:
     """Every shape parameter (cells, 1, lanes), held ones (cells, 1, 1)."""
     values = {name: lanes.held[name] for name in layout.held if name in layout.model.shape}
-    return values | {name: in_cells(shape, columns) for name, columns in layout.shape}
+    return values | {name: in_cells(shape, index) for name, index in layout.shape}
 
 
-def in_cells(columns: Array, of: tuple[int, ...]) -> Array:
-    """The value of each cell (cells, 1, lanes) of values in columns; one cell stands for all that are the same."""
-    if len(set(of)) == 1:
-        return columns[of[0]][None, None]
-    return columns[np.array(of)][:, None]
+def in_cells(columns: Array, index: tuple[int, ...]) -> Array:
+    """The value of each cell (cells, 1, lanes) of values in columns; (1, 1, lanes) where one value serves all."""
+    if len(set(index)) == 1:
+        return columns[index[0]][None, None]
+    return columns[np.array(index)][:, None]
 
 
 def basis(layout: Layout, lanes: LaneArrays, shape: Array) -> dict[str, Array]:
+    """The terms of the model at the points, by name."""
     return layout.model.basis(Geometry(*lanes.geometry), _at_points(layout, lanes, shape))
 
 
@@ -105,8 +111,9 @@ def _assembled(
     sums = jnp.stack([_folded(layout, product) for _, _, product in pairs]).sum(axis=2)
     flat = [tuple(r * shape[1] + c for r, c in zip(i, j, strict=True)) for i, j, _ in pairs]
     chosen = selection(flat, layout.cells, shape[0] * shape[1], sums.dtype)
-    whole = jnp.matmul(chosen, sums.reshape(-1, sums.shape[-1]), precision="highest")
-    return whole.reshape(*shape, -1)
+    # By default JAX lets a GPU round the factors of such a product to TF32, about three digits.
+    product = jnp.matmul(chosen, sums.reshape(-1, sums.shape[-1]), precision="highest")
+    return product.reshape(*shape, -1)
 
 
 def _folded(layout: Layout, product: Array) -> Array:
@@ -119,24 +126,26 @@ def _folded(layout: Layout, product: Array) -> Array:
 
 def gram(layout: Layout, columns: Columns, size: int) -> Array:
     """The Gram matrix (size, size, lanes) of columns that are given by term and cell."""
-    pairs = [(i, j, a * b) for at, (i, a) in enumerate(columns) for j, b in columns[at:]]
+    pairs = [(i, j, a * b) for k, (i, a) in enumerate(columns) for j, b in columns[k:]]
     upper = _assembled(layout, pairs, (size, size))
-    share = 1 - 0.5 * np.eye(size)  # columns of different terms meet in one half only, a column with itself in both
+    # Each pair of terms is summed on one side of the diagonal. The transpose fills the other, and doubles the diagonal.
+    share = 1 - 0.5 * np.eye(size)
     return (upper + jnp.swapaxes(upper, 0, 1)) * share[:, :, None].astype(upper.dtype)
 
 
 def summed(layout: Layout, columns: Columns, size: int) -> Array:
     """Sums (size, lanes) over the points of every column."""
     zero = (0,) * layout.cells
-    return _assembled(layout, [(of, zero, column) for of, column in columns], (size, 1))[:, 0]
+    return _assembled(layout, [(index, zero, column) for index, column in columns], (size, 1))[:, 0]
 
 
 def times(columns: Columns, factor: Array) -> Columns:
     """Every column times a factor of the points."""
-    return [(of, column * factor) for of, column in columns]
+    return [(index, column * factor) for index, column in columns]
 
 
 def full(lanes: LaneArrays, array: Array) -> Array:
+    """Values of points for every lane, where all lanes have the same: columns have to be of one shape to be stacked."""
     return jnp.broadcast_to(array, lanes.target.shape)
 
 
@@ -148,7 +157,8 @@ class _Point(NamedTuple):
 
 
 def weighted(layout: Layout, lanes: LaneArrays, basis: dict[str, Array]) -> _Point:
-    columns = [(of, lanes.root * basis[name]) for name, of in layout.weights]
+    """The linear least-squares problem of the free weights; the part of held weights goes off the target."""
+    columns = [(index, lanes.root * basis[name]) for name, index in layout.weights]
     target = lanes.target
     for name in layout.held:
         if name in layout.model.terms:
@@ -157,11 +167,15 @@ def weighted(layout: Layout, lanes: LaneArrays, basis: dict[str, Array]) -> _Poi
 
 
 def slopes(layout: Layout, lanes: LaneArrays, shape: Array, weights: Array) -> Columns:
-    """Derivative of the weighted BRDF by each shape parameter (cells, rows, lanes), weights standing still."""
+    """Derivative of the weighted BRDF by each shape parameter (cells, rows, lanes), at constant weights.
+
+    A point depends on the value of its own cell alone, so that one directional derivative along (1, 1, ..) holds the
+    derivatives by the values of all cells.
+    """
     free = dict(layout.weights)
     values = _at_points(layout, lanes, shape)
     out = []
-    for name, of in layout.shape:
+    for name, index in layout.shape:
         terms = layout.depends[name]
 
         def brdf(value: Array, name: str = name, terms: tuple[str, ...] = terms) -> Array:
@@ -173,11 +187,13 @@ def slopes(layout: Layout, lanes: LaneArrays, shape: Array, weights: Array) -> C
             return total
 
         _, slope = jax.jvp(brdf, (values[name],), (jnp.ones_like(values[name]),))
-        out.append((of, lanes.root * slope))
+        out.append((index, lanes.root * slope))
     return out
 
 
-class _Found(NamedTuple):
+class _Evaluation(NamedTuple):
+    """What is known at a shape: fields of a State, in its order."""
+
     weights: Array
     side: Array
     cost: Array
@@ -185,62 +201,70 @@ class _Found(NamedTuple):
     pull: Array
 
 
-def _evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> _Found:
+def _evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> _Evaluation:
     """Exact weights at a shape, E, and what a Gauss-Newton step needs."""
     shape = shape_values(unit, lanes.axes)
     point = weighted(layout, lanes, basis(layout, lanes, shape))
-    own_gram, weights, side, residual = _projected(layout, lanes, point, side)
+    terms_gram, weights, side, residual = _projected(layout, lanes, point, side)
     cost = jnp.sum(residual**2, axis=(0, 1))
     if not layout.d:
         empty = jnp.zeros((0, *cost.shape), dtype=cost.dtype)
-        return _Found(weights, side, cost, empty[None][:0], empty)
+        return _Evaluation(weights, side, cost, empty[None][:0], empty)
     along = _slope_of_axes(unit, lanes.axes)
-    moved = [(of, column * in_cells(along, of)) for of, column in slopes(layout, lanes, shape, weights)]
-    own = gram(layout, moved, layout.d)
+    moved = [(index, column * in_cells(along, index)) for index, column in slopes(layout, lanes, shape, weights)]
+    slopes_gram = gram(layout, moved, layout.d)
     pull = summed(layout, times(moved, residual), layout.d)
     if not layout.n:
-        return _Found(weights, side, cost, own, pull)
+        return _Evaluation(weights, side, cost, slopes_gram, pull)
     cross = _assembled(layout, [(i, j, a * b) for i, a in point.columns for j, b in moved], (layout.n, layout.d))
-    whole = jnp.concatenate(
-        [jnp.concatenate([own_gram, cross], 1), jnp.concatenate([jnp.swapaxes(cross, 0, 1), own], 1)]
+    joint = jnp.concatenate(
+        [jnp.concatenate([terms_gram, cross], 1), jnp.concatenate([jnp.swapaxes(cross, 0, 1), slopes_gram], 1)]
     )
-    scaled, length = unit_scaled(whole)
+    # Sweeping the free weights leaves S'S - S'A (A'A)^-1 A'S in the block of the slopes. The pull needs no such step:
+    # at exact weights the residual is orthogonal to the columns of the free ones.
+    scaled, length = unit_scaled(joint)
     swept, _ = sweep(scaled, layout.n, side == 0)
-    back = length[layout.n :]
-    hessian = swept[layout.n :, layout.n :] * back[:, None] * back[None, :]
-    return _Found(weights, side, cost, hessian, pull)
+    slope_length = length[layout.n :]
+    hessian = swept[layout.n :, layout.n :] * slope_length[:, None] * slope_length[None, :]
+    return _Evaluation(weights, side, cost, hessian, pull)
 
 
 def _projected(layout: Layout, lanes: LaneArrays, point: _Point, side: Array) -> tuple[Array, Array, Array, Array]:
-    """The Gram matrix of the terms, the exact weights, their sides, and what they leave."""
+    """The Gram matrix of the terms, the exact weights, their sides, and the residual."""
     if not layout.n:
-        lanes_in = lanes.target.shape[-1]
-        empty = jnp.zeros((0, lanes_in), dtype=lanes.target.dtype)
+        count = lanes.target.shape[-1]
+        empty = jnp.zeros((0, count), dtype=lanes.target.dtype)
         return empty[None][:0], empty, side, point.target
-    matrix = gram(layout, [(of, full(lanes, c)) for of, c in point.columns], layout.n)
+    matrix = gram(layout, [(index, full(lanes, c)) for index, c in point.columns], layout.n)
     rhs = summed(layout, times(point.columns, point.target), layout.n)
     weights, side = bounded(matrix, rhs, lanes.lower, lanes.upper, side)
-    residual = left(point, weights)
+    residual = residual_of(point, weights)
     if residual.dtype == jnp.float64:
         return matrix, weights, side, residual
-    # Once more for what rounding left: normal equations square the condition of the design.
+    # Normal equations square the condition of the design, which single precision does not bear: the residual is fitted
+    # once more, and the correction added (iterative refinement).
     free = side == 0
-    more = summed(layout, times(point.columns, residual), layout.n)
+    remaining = summed(layout, times(point.columns, residual), layout.n)
     scaled, length = unit_scaled(matrix)
-    swept, used = sweep(bordered(scaled, more / length), layout.n, free)
+    swept, used = sweep(bordered(scaled, remaining / length), layout.n, free)
     weights = jnp.clip(weights + jnp.where(used, swept[: layout.n, layout.n], 0.0) / length, lanes.lower, lanes.upper)
-    return matrix, weights, side, left(point, weights)
+    return matrix, weights, side, residual_of(point, weights)
 
 
-def left(point: _Point, weights: Array) -> Array:
+def residual_of(point: _Point, weights: Array) -> Array:
+    """The residual (cells, rows, lanes), measured less modelled."""
     residual = point.target
-    for of, column in point.columns:
-        residual = residual - in_cells(weights, of) * column
+    for index, column in point.columns:
+        residual = residual - in_cells(weights, index) * column
     return residual
 
 
 def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Array, Array]:
-    """A damped step (d, lanes) from `unit`, and what it would win if the model were straight and had no bounds."""
+    """A damped step (d, lanes) from `unit`, and by how much it would lower E without curvature and bounds.
+
+    A coordinate at a bound stays there while the pull points outwards. In units of its column's length the hessian has
+    a unit diagonal, so that the damping is relative to it (marquardt1963).
+    """
     d = len(pull)
     if not d:
         return pull, jnp.zeros_like(damping)
@@ -250,17 +274,19 @@ def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Arr
     rhs = jnp.where(free, pull / length, 0.0)
     swept, used = sweep(bordered(damped, rhs), d, free)
     step = jnp.where(used, swept[:d, d], 0.0)
-    won = 2 * jnp.sum(rhs * step, axis=0) - jnp.sum(step[:, None] * scaled * step[None, :], axis=(0, 1))
-    return step / length, won
+    gain = 2 * jnp.sum(rhs * step, axis=0) - jnp.sum(step[:, None] * scaled * step[None, :], axis=(0, 1))
+    return step / length, gain
 
 
 @functools.partial(jax.jit, static_argnames=("layout",))
 def begin(layout: Layout, lanes: LaneArrays, unit: Array) -> State:
-    """The state before the first step, which stays at the given coordinates (d, lanes) and finds out what is there."""
+    """The state before the first step at coordinates (d, lanes): nothing is known, so that step stays and evaluates."""
     d, count = unit.shape
     ones = jnp.ones(count, dtype=lanes.target.dtype)
     zeros = jnp.zeros((layout.n, count), dtype=ones.dtype)
-    unknown = _Found(zeros, zeros.astype(jnp.int32), jnp.inf * ones, jnp.zeros((d, d, count), ones.dtype), 0 * unit)
+    unknown = _Evaluation(
+        zeros, zeros.astype(jnp.int32), jnp.inf * ones, jnp.zeros((d, d, count), ones.dtype), 0 * unit
+    )
     return State(unit, *unknown, 1e-3 * ones, 2 * ones, ones, ones == 0, jnp.full(count, -1, dtype=jnp.int32))
 
 
@@ -273,28 +299,30 @@ def settled(dtype: Any) -> float:
 def advance(layout: Layout, lanes: LaneArrays, state: State, steps: Array) -> State:
     """Up to so many steps more of every lane that is not done (levenberg1944, marquardt1963, nielsen1999)."""
     eps = float(np.finfo(lanes.target.dtype).eps)
-    enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2
+    enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2  # E of a fit that leaves rounding alone
 
     def one(carry: tuple[State, Array]) -> tuple[State, Array]:
         now, count = carry
-        step, won = _step(now.hessian, now.pull, now.unit, now.damping)
+        step, expected = _step(now.hessian, now.pull, now.unit, now.damping)
         unit = jnp.clip(now.unit + step, 0.0, 1.0)
-        tried = _evaluate(layout, lanes, unit, now.side)
-        better = (tried.cost < now.cost) & ~now.done
-        gain = (now.cost - tried.cost) / jnp.where(won > 0, won, 1.0)
-        easier = now.damping * jnp.maximum(1 / 9, 1 - (2 * gain - 1) ** 3)
-        damping = jnp.where(better, jnp.maximum(easier, 1e-12), now.damping * now.growth)
+        trial = _evaluate(layout, lanes, unit, now.side)
+        better = (trial.cost < now.cost) & ~now.done
+        # Nielsen's rule: a gain as expected divides the damping by up to 9, refusals multiply it by 2, 4, 8, ..
+        ratio = (now.cost - trial.cost) / jnp.where(expected > 0, expected, 1.0)
+        eased = now.damping * jnp.maximum(1 / 9, 1 - (2 * ratio - 1) ** 3)
+        damping = jnp.where(better, jnp.maximum(eased, 1e-12), now.damping * now.growth)
         growth = jnp.where(better, 2.0, 2 * now.growth)
-        kept = _Found(*(jnp.where(better, new, old) for new, old in zip(tried, now[1:6], strict=True)))
+        best = _Evaluation(*(jnp.where(better, new, old) for new, old in zip(trial, now[1:6], strict=True)))
         unit = jnp.where(better, unit, now.unit)
-        _, left = _step(kept.hessian, kept.pull, unit, jnp.zeros_like(damping))
-        left = left / jnp.where(kept.cost > 0, kept.cost, 1.0)
+        _, remaining = _step(best.hessian, best.pull, unit, jnp.zeros_like(damping))
+        remaining = remaining / jnp.where(best.cost > 0, best.cost, 1.0)
         moved = jnp.abs(jnp.where(better, unit - now.unit, step)).max(axis=0, initial=0.0)
-        small = (moved < 16 * eps) & jnp.isfinite(now.cost)
-        rounded = ~better & (won < 4 * eps * now.cost)  # a better point could not be told from this one
-        done = now.done | (left <= enough) | (kept.cost <= exact) | small | rounded
+        small = (moved < 16 * eps) & jnp.isfinite(now.cost)  # the first pass, from infinite E, is not to move
+        rounded = ~better & (expected < 4 * eps * now.cost)  # a better point could not be told from this one
+        done = now.done | (remaining <= enough) | (best.cost <= exact) | small | rounded
         steps = now.steps + 1
-        reached = State(unit, *kept, damping, growth, left, done, steps)
+        reached = State(unit, *best, damping, growth, remaining, done, steps)
+        # A lane that is done does not change any more, however long the others of its block take.
         return State(*(jnp.where(now.done, old, new) for new, old in zip(reached, now, strict=True))), count + 1
 
     def going(carry: tuple[State, Array]) -> Array:
@@ -304,7 +332,7 @@ def advance(layout: Layout, lanes: LaneArrays, state: State, steps: Array) -> St
 
 
 @jax.jit
-def better(one: State, other: State) -> State:
-    """Of two searches of the same lanes, the lower minimum of each."""
-    lower = other.cost < one.cost
-    return State(*(jnp.where(lower, new, old) for new, old in zip(other, one, strict=True)))
+def better(first: State, second: State) -> State:
+    """Of two searches of the same lanes, the one that is lower in each."""
+    lower = second.cost < first.cost
+    return State(*(jnp.where(lower, new, old) for new, old in zip(second, first, strict=True)))

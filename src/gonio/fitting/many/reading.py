@@ -1,4 +1,12 @@
-"""Lanes of a stack as a compiled search takes them: weighted, scaled, laid out; and why a lane cannot be fitted."""
+"""Lanes of a stack as a compiled search takes them: weighted, scaled, laid out; and why a lane cannot be fitted.
+
+Each lane gets the weights of the problem's weighting from its own values and uncertainties. Its weighted values are
+divided by their length, so that they have a squared sum of 1. E (guo2023, eq 11) is then the squared residual, and one
+tolerance suits lanes of any brightness.
+
+Gaps, masked values and padding stay in the arrays as zeros with zero weight: sums are then the same for every lane,
+which a compiled search needs, and such points add nothing to them.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,73 +24,69 @@ from gonio.measured.stack import StackLanes
 
 Values = npt.NDArray[Any]
 READ = 2**20  # values that are read at once
-LANED = ("rows", "scale", "seen", "points", "status", "crossed")
+LANED = ("rows", "scale", "seen", "points", "status", "crossed")  # fields of a LaneBlock whose first axis is of lanes
 FITTED = -1  # status of a lane that a search decides about
 
 
 @dataclass(frozen=True, eq=False)
 class LaneBlock:
-    """Lanes that are searched side by side.
+    """Lanes that are searched side by side; points are (cells, rows, lanes), with the last axis of the others."""
 
-    alike: whether points are weighed alike in all lanes, so that one root does for all. rows: which lanes of the stack
-    they are. root (cells, rows, lanes, or 1 where alike), target, error (cells, rows, lanes; error none where it is not
-    asked for): roots of weights, values and stated uncertainties. scale (lanes): the unit of each lane's weights. seen
-    (lanes, n + d): which values have any point. points: of each lane in use. status: why a lane cannot be fitted, or
-    FITTED. crossed: how often better shapes were looked for across a minimum.
-    """
-
-    alike: bool
-    rows: npt.NDArray[np.intp]
-    root: Values
-    target: Values
-    error: Values
-    scale: Values
-    seen: npt.NDArray[np.bool_]
-    points: npt.NDArray[np.int32]
-    status: npt.NDArray[np.int8]
-    crossed: npt.NDArray[np.int8]
+    one_root: bool  # whether the points of all lanes have the same weights, so that one root does for all
+    rows: npt.NDArray[np.intp]  # which lanes of the stack they are
+    root: Values  # roots of the weights of points (cells, rows, lanes, or 1 where `one_root`)
+    target: Values  # weighted values (cells, rows, lanes), over `scale`
+    error: Values  # stated uncertainties of the target (cells, rows, lanes); no lanes where they are not asked for
+    scale: Values  # (lanes,): length of the weighted values, in which a lane's weights are measured
+    seen: npt.NDArray[np.bool_]  # (lanes, n + d): which values have a point in use
+    points: npt.NDArray[np.int32]  # points in use of each lane
+    status: npt.NDArray[np.int8]  # why a lane cannot be fitted, or FITTED
+    crossed: npt.NDArray[np.int8]  # how often better shapes were looked for on lines through a minimum
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def part(self, which: npt.NDArray[np.intp]) -> "LaneBlock":
-        """Some of the lanes."""
+        """The lanes at some places of the block; a place may be named several times."""
         laned = {n: getattr(self, n)[which] for n in LANED}
-        root = self.root if self.alike else self.root[..., which]
+        root = self.root if self.one_root else self.root[..., which]
         error = self.error[..., which] if self.error.shape[-1] else self.error
-        return LaneBlock(self.alike, root=root, target=self.target[..., which], error=error, **laned)
+        return LaneBlock(self.one_root, root=root, target=self.target[..., which], error=error, **laned)
 
 
 def joined(blocks: list[LaneBlock]) -> LaneBlock:
-    """Several blocks, all of lanes that are weighed alike or all of lanes that are not, as one."""
+    """Several blocks as one: either all with one root, which is then that of the first, or all without."""
     first = blocks[0]
     laned = {n: np.concatenate([getattr(b, n) for b in blocks]) for n in LANED}
     target, error, root = (
         np.concatenate([getattr(b, n) for b in blocks], axis=-1) for n in ("target", "error", "root")
     )
-    return LaneBlock(first.alike, root=first.root if first.alike else root, target=target, error=error, **laned)
+    return LaneBlock(first.one_root, root=first.root if first.one_root else root, target=target, error=error, **laned)
 
 
 def blocks(problem: Problem, shared: Shared, lanes: StackLanes, width: int, absolute: bool) -> Iterator[LaneBlock]:
     """All lanes of a stack, at most `width` at a time; with `absolute`, their stated uncertainties too.
 
-    Lanes with gaps go by themselves: the others are then weighed alike, whatever neighbours they have, and quicker.
+    Lanes with gaps go by themselves. The others then have the same weights whatever neighbours they have, so their
+    results do not depend on gaps elsewhere in the stack, and one root for a block takes less time.
+    Lanes without a value in use are among those with gaps; their status says so.
     """
-    many = max(READ // len(shared.order) // width, 1) * width
-    for first in range(0, len(lanes), many):
-        last = min(first + many, len(lanes))
+    # A multiple of the width: in a stack without gaps every block but the last is then full.
+    lanes_read = max(READ // len(shared.order) // width, 1) * width
+    for first in range(0, len(lanes), lanes_read):
+        last = min(first + lanes_read, len(lanes))
         values = np.array(lanes.values("brdf", first, last), dtype=float)
         used = np.isfinite(values)
-        if lanes.has_own("mask"):
+        if lanes.has_own("mask"):  # a mask that lanes have in common has taken its points out of the problem
             used &= lanes.values("mask", first, last) == 0
-        values[~used] = 0.0
+        values[~used] = 0.0  # a weight of zero does not remove a NaN from a sum
         stated = np.array(lanes.values("uncertainty", first, last), dtype=float) if "uncertainty" in lanes else None
-        whole = used.all(axis=1)
-        for rows in (np.flatnonzero(whole), np.flatnonzero(~whole)):
+        complete = used.all(axis=1)
+        for rows in (np.flatnonzero(complete), np.flatnonzero(~complete)):
             for begin in range(0, len(rows), width):
-                some = rows[begin : begin + width]
-                own = None if stated is None else stated[some]
-                yield _block(problem, shared, first + some, values[some], used[some], own, absolute)
+                chosen = rows[begin : begin + width]
+                uncertainty = None if stated is None else stated[chosen]
+                yield _block(problem, shared, first + chosen, values[chosen], used[chosen], uncertainty, absolute)
 
 
 def _block(
@@ -94,24 +98,30 @@ def _block(
     stated: Values | None,
     absolute: bool,
 ) -> LaneBlock:
+    """The block of some lanes (rows,), from their values, which are in use, and stated uncertainties (rows, points).
+
+    With `absolute` every value in use needs a stated uncertainty above zero, or its lane is not fitted.
+    """
     weights, weighed = _weights(problem, values, used, stated)
     if absolute and stated is not None:
         weighed &= ((stated > 0) | ~used).all(axis=1)
-    alike = len(weights) == 1 and bool(used.all())
-    root = np.sqrt(weights) if alike else np.sqrt(weights) * used
+    one_root = len(weights) == 1 and bool(used.all())
+    root = np.sqrt(weights) if one_root else np.sqrt(weights) * used
     scale = np.sqrt(np.sum((root * values) ** 2, axis=1))
+    # Several can be true of a lane, and the last one that is set stays: an empty lane has a length of zero too.
     status = np.full(len(values), FITTED, dtype=np.int8)
     status[scale == 0] = code(Status.ALL_ZERO)
     status[~weighed] = code(Status.NOT_WEIGHED)
     status[~used.any(axis=1)] = code(Status.NO_POINTS)
+    # Lanes that are not fitted stay in the block. Their targets of zero keep NaN and infinity out of the search.
     scale[status != FITTED] = 1.0
     values = np.where((status == FITTED)[:, None], values, 0.0) * root / scale[:, None]
     error = np.zeros((0, values.shape[1]))
     if absolute and stated is not None:
         error = np.where(used & (stated > 0), stated, 0.0) * root / scale[:, None]
-    counts = ~shared.filled.reshape(shared.layout.cells, shared.layout.rows, 1)
+    counts = ~shared.filled.reshape(shared.layout.cells, shared.layout.rows, 1)  # padding repeats points
     return LaneBlock(
-        alike=alike,
+        one_root=one_root,
         rows=rows,
         root=shared.placed(root) * counts,
         target=shared.placed(values) * counts,
@@ -127,16 +137,20 @@ def _block(
 def _weights(
     problem: Problem, values: Values, used: npt.NDArray[np.bool_], stated: Values | None
 ) -> tuple[Values, npt.NDArray[np.bool_]]:
-    """The weights of the points, (lanes or 1, points), and which lanes have them all."""
+    """The weights of the points, (lanes or 1, points), and which lanes have them all.
+
+    One row where the weighting looks at directions alone. A weighting raises ValueError for a value without a weight.
+    Here that is the matter of one lane, so such values, and those not in use, are replaced by 1 before it is asked.
+    """
     weighting, points = WEIGHTINGS[problem.weighting], problem.points
-    own = {"brdf": values}
+    variables = {"brdf": values}
     if stated is not None:
-        own["uncertainty"] = stated
-    many = xr.Dataset({n: (("lane", "direction"), v) for n, v in own.items()}, coords=points.coords)
-    suits: npt.NDArray[np.bool_] = weighting.suits(many, problem.noise_floor) | ~used
-    for name, value in own.items():
-        many[name] = (("lane", "direction"), np.where(suits & used, value, 1.0))
-    weights = np.atleast_2d(weighting.weights(many, problem.noise_floor))
+        variables["uncertainty"] = stated
+    scans = xr.Dataset({n: (("lane", "direction"), v) for n, v in variables.items()}, coords=points.coords)
+    suits: npt.NDArray[np.bool_] = weighting.suits(scans, problem.noise_floor) | ~used
+    for name, value in variables.items():
+        scans[name] = (("lane", "direction"), np.where(suits & used, value, 1.0))
+    weights = np.atleast_2d(weighting.weights(scans, problem.noise_floor))
     for name, g in (("theta_i", problem.g1), ("theta_r", problem.g2)):
         if g is not None:
             weights = weights * np.asarray(g(points[name].values))
@@ -144,13 +158,16 @@ def _weights(
 
 
 def _seen(shared: Shared, used: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Which values of each lane (lanes, n + d) have a point in use."""
+    """Which values of each lane (lanes, n + d) have a point in use.
+
+    With one weight a group, a lane can lack all points of a group: its value is then NaN, and the others are fitted.
+    """
     layout = shared.layout
     places = used[:, shared.order] & ~shared.filled
     cells = np.any(places.reshape(len(used), layout.cells, layout.rows), axis=2)
     seen = np.zeros((len(used), layout.n + layout.d), dtype=bool)
     for start, columns in ((0, layout.weights), (layout.n, layout.shape)):
-        for _, of in columns:
-            for cell, column in enumerate(of):
+        for _, index in columns:
+            for cell, column in enumerate(index):
                 seen[:, start + column] |= cells[:, cell]
     return seen

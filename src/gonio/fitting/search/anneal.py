@@ -1,4 +1,13 @@
-"""Simulated annealing, as the paper's Appendix A lays it out (guo2023, appendix A; kirkpatrick1983)."""
+"""Simulated annealing, as the paper's Appendix A lays it out (guo2023, appendix A; kirkpatrick1983).
+
+A random step changes E by d. It is accepted with the probability min(1, exp(-d/T)), so that the search can leave a
+local minimum while the temperature T is high. T falls by one factor after each step (Metropolis's rule under geometric
+cooling). The best point met is the result.
+
+The appendix names the settings and gives no values: the defaults here are gonio's own. No local search follows, so E
+ends above its minimum. `Projection` reaches an E at least as low in a small part of the time (docs/performance.md):
+this solver is for comparison with the paper. `fitting.many.annealing` does the same for many scans at once.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,10 +31,15 @@ class Anneal:
     tolerance: the search ends when the best E has changed by less over `patience` iterations (the appendix names no
         window; without one the first refused step would end the search). Zero never ends it.
     lb, ub: bounds of weights and shape by name, where they should be narrower than the problem's. An upper bound that
-        is given nowhere is the weight at which its term alone fits best: no optimum of non-negative terms lies above.
+        is given nowhere is the weight at which its term alone fits the measured values best by least squares. Where
+        residuals are squared errors, no optimum of non-negative terms and weights lies above.
     step: standard deviation of a perturbation at the initial temperature, in units of the range from lb to ub; it
-        falls with the square root of the temperature.
+        falls with the square root of the temperature, as does the distance from a minimum at which E, which is
+        quadratic there, exceeds it by the temperature.
     seed: of the random numbers. chains: independent searches side by side; the best one counts.
+
+    Raises ValueError for a cooling rate outside 0 to 1, for temperatures that do not fall or are negative, and for
+    counts below one.
     """
 
     initial_temperature: float = 1.0
@@ -45,12 +59,16 @@ class Anneal:
         if not 0 < self.cooling_rate < 1:
             raise ValueError(f"cooling_rate must lie between 0 and 1, and is {self.cooling_rate:g}")
         if not self.initial_temperature > self.final_temperature >= 0:
-            raise ValueError("initial_temperature must be above final_temperature, and that not negative")
+            raise ValueError("initial_temperature must be above final_temperature, which must not be negative")
         if self.max_iterations < 1 or self.chains < 1 or self.patience < 1:
             raise ValueError("max_iterations, patience and chains must be at least 1")
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
-        """The values of least E that any chain met; the history holds each chain's best E after each iteration."""
+        """The values of least E that any chain met; the history holds each chain's best E after each iteration.
+
+        `exhausted` says that max_iterations ended the search before temperature or tolerance did.
+        Raises ValueError as `bounds` does.
+        """
         objective = _Objective(problem, *self.bounds(problem))
         random = np.random.default_rng(self.seed)
         size = len(problem.names)
@@ -59,7 +77,7 @@ class Anneal:
         best, best_cost = current.copy(), cost.copy()
         temperature, history = self.initial_temperature, [best_cost.copy()]
         exhausted = True
-        for iteration in range(1, self.max_iterations):
+        for iteration in range(1, self.max_iterations):  # the random start counts as iteration 0
             k = iteration % BLOCK
             if iteration == 1 or k == 0:
                 steps = random.standard_normal((BLOCK, self.chains, size))
@@ -68,6 +86,7 @@ class Anneal:
             width = self.step * np.sqrt(temperature / self.initial_temperature)
             trial = np.clip(current + width * steps[k], 0.0, 1.0)
             trial_cost = objective(trial)
+            # exp(-d/T) > u as -d > T log u: no exponential overflows, and a T near zero divides nothing
             accepted = (cost - trial_cost) > temperature * chances[k]
             current[accepted], cost[accepted] = trial[accepted], trial_cost[accepted]
             better = cost < best_cost
@@ -84,6 +103,7 @@ class Anneal:
         return Optimum(vector, float(best_cost[winner]), exhausted, evaluations, np.array(history))
 
     def _settled(self, history: list[Values]) -> bool:
+        """Whether no chain's best E has fallen by the tolerance within the last `patience` iterations."""
         if self.tolerance <= 0 or len(history) <= self.patience:
             return False
         return bool(np.all(history[-1 - self.patience] - history[-1] < self.tolerance))
@@ -103,9 +123,10 @@ class Anneal:
 
 
 class _Objective:
-    """E (eq 11) of many candidates at once, in coordinates from 0 (lb) to 1 (ub).
+    """E (eq 11) of many candidates at once, in coordinates (..., n) from 0 (lb) to 1 (ub).
 
-    The design is computed once where no shape is free.
+    One width of step then suits all values, whatever their units: weights of one fit can differ by a factor of 3000
+    (guo2023, eq 12). The design is computed once where no shape is free.
     """
 
     def __init__(self, problem: Problem, lower: Values, upper: Values) -> None:
@@ -113,13 +134,14 @@ class _Objective:
         self._n = problem.n_weights
         self._lower, self._upper = lower, upper
         self._axes = problem.axes(lower[self._n :], upper[self._n :])
-        self._kept = None if problem.free_shape else self._weighted(np.empty((1, 0)))
+        self._constant = None if problem.free_shape else self._weighted(np.empty((1, 0)))
 
     def __call__(self, unit: Values) -> Values:
+        """E and the penalty of candidates (chains, n), as a solver minimises them (chains,)."""
         matrix, target, vector = self._system(unit)
         modelled = (matrix @ vector[:, : self._n, None])[..., 0]
         penalty = self.problem.cost(vector @ self.problem.penalty.T)
-        if self.problem.logarithmic:
+        if self.problem.logarithmic:  # the target is minus the part of held weights, so this is the BRDF
             return penalty + self.problem.cost(self.problem.difference(modelled - target))
         return penalty + self.problem.cost(modelled - target)
 
@@ -128,14 +150,19 @@ class _Objective:
         return self._system(unit)[2]
 
     def _system(self, unit: Values) -> tuple[Values, Values, Values]:
+        """Design and target of candidates as `_weighted` gives them, and their weights and shape (chains, n)."""
         shape = self._axes.values(unit[:, self._n :])
-        matrix, target, reach = self._kept if self._kept is not None else self._weighted(shape)
-        low = self._lower[: self._n]
-        weights = low + unit[:, : self._n] * (reach - low)
+        matrix, target, upper = self._constant if self._constant is not None else self._weighted(shape)
+        lower = self._lower[: self._n]
+        weights = lower + unit[:, : self._n] * (upper - lower)
         return matrix, target, np.concatenate([weights, shape], axis=1)
 
     def _weighted(self, shape: Values) -> tuple[Values, Values, Values]:
-        """Design and target as the residual weighs them (unweighted before a logarithm), and weights' upper bounds."""
+        """Design and target as the residual weighs them (unweighted before a logarithm), and weights' upper bounds.
+
+        The upper bound of a weight without one is a'm/a'a, with its column a of the design and the measured values m.
+        It changes with the shape, and with it what a unit coordinate of the weight means.
+        """
         problem = self.problem
         matrix, fixed = problem.design(shape)
         if problem.logarithmic:
@@ -144,7 +171,7 @@ class _Objective:
             matrix = problem.root_weights[:, None] * matrix
             target = measured = problem.target - problem.root_weights * fixed
         squared = np.einsum("...nw,...nw->...w", matrix, matrix)
-        alone = np.einsum("...nw,...n->...w", matrix, measured) / np.where(squared > 0, squared, 1.0)
-        given = self._upper[: self._n]
-        reach = np.where(np.isfinite(given), given, np.maximum(alone, self._lower[: self._n]))
-        return matrix, target, reach
+        best_alone = np.einsum("...nw,...n->...w", matrix, measured) / np.where(squared > 0, squared, 1.0)
+        declared = self._upper[: self._n]
+        upper = np.where(np.isfinite(declared), declared, np.maximum(best_alone, self._lower[: self._n]))
+        return matrix, target, upper

@@ -1,12 +1,19 @@
 """The local search of every fit: a trust region finds the minimum, Newton steps find its last digits.
 
-Near a minimum the cost is flat: points whose costs agree to rounding can differ in the eighth digit of a value. The
-last digits are therefore sought where the residual is orthogonal to its tangent plane (bates1981), which needs accurate
-derivatives and no comparison of costs.
-
 What is minimised is half of r'r, with r the residual (points,) and J its derivative (points, values). Its gradient is
-J'r, and its second derivative J'J plus the curvature, the sum of each residual times its own second derivative. Steps
-are taken in units of the tangent plane (`objective.tangent`), where J'J is the identity.
+J'r, and its second derivative J'J + C, with the curvature C the sum of each residual times its own second derivative.
+
+`descend` is SciPy's trust region (branch1999). A step d solves (J'J + a D) d = -J'r, with D diagonal, which is a
+Levenberg-Marquardt step (levenberg1944, marquardt1963). The damping a follows from the size of the region in which
+the last steps showed the linear model of r to hold; D also grows towards bounds, so that steps turn away from them.
+
+`polish` takes Newton steps, (J'J + C) d = -J'r. Near a minimum the cost is flat: points whose costs agree to rounding
+can differ in the eighth digit of a value. The last digits are therefore sought where the residual is orthogonal to its
+tangent plane (bates1981), which needs accurate derivatives and no comparison of costs. Steps are taken in units of the
+tangent plane (`objective.tangent`), where J'J is the identity.
+
+Both find the minimum downhill of a start, which need not be the lowest one: that is for `projection` to look for.
+How many digits they reach on NIST's certified problems (nist1998) is in docs/solver-quality.md.
 """
 
 from dataclasses import dataclass
@@ -42,7 +49,7 @@ POLISHING = 20  # Newton steps at most; they end when one does not halve the off
 LOWER = 1e-12  # of the cost: by how much a step that does not halve the offset must lower it, in a curved valley
 SAME = EPS**0.5  # by how much rounding may raise the relative cost of a better point; a jump elsewhere raises it more
 CURVED = 2.0**-6  # of a standard deviation: the step that measures curvature, short of the next kink, above rounding
-SADDLE = 0.01  # least curvature, in units of the tangent plane, of what is still a minimum
+SADDLE = 0.01  # least eigenvalue of the second derivative, in units of the tangent plane, of what is still a minimum
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,10 @@ def descend(
     those of differences. last_digits: whether to `polish`, which can double the evaluations of a short search.
 
     A trust region stays strictly inside the bounds and creeps along them. Values that press against a bound are
-    therefore held there, the others are searched, and both are looked at again, ROUNDS times at most.
+    therefore held there, the others are searched, and both are looked at again, ROUNDS times at most. The first of
+    these searches is rough, since it only finds out which values press.
+
+    A start outside the bounds is moved to them. A search that runs out of steps raises nothing; `exhausted` says so.
     """
     counted = Counted(squares.residual, squares.vectorised)
     point, low, high = within(start, squares.lower, squares.upper)
@@ -104,16 +114,17 @@ def descend(
     for _ in range(ROUNDS):
         value, tangent = counted(point), slopes(point)
         sizes, downhill = sizes_of(point, squares.scale), -(tangent.T @ value)
+        # rounding of a forward difference: EPS |r| over a step of FORWARD sizes; four times that is no slope
         with np.errstate(all="ignore"):  # a slope that overflows is not flat
-            flat = sizes**2 * np.sum(tangent**2, axis=0) <= (4 * FORWARD) ** 2 * _squared(value)  # rounding
+            flat = sizes**2 * np.sum(tangent**2, axis=0) <= (4 * FORWARD) ** 2 * _squared(value)
         pressed = ((point <= low) & (downhill <= 0)) | ((point >= high) & (downhill >= 0))
         if (pressed | flat).all() or not value.any() or (reached == tolerance and np.array_equal(pressed, held)):
             break
         held, reached = pressed, (ROUGH if bounded and not steps else tolerance)
         region = _Region(point, low, high, sizes, ~held)
-        found = _trust_region(counted, slopes, region, reached, max_steps - steps)
-        point = _edges(counted, found.x, _reach(found, sizes, ~held), low, high)
-        steps, exhausted = steps + found.nfev, found.status == 0
+        result = _trust_region(counted, slopes, region, reached, max_steps - steps)
+        point = _edges(counted, result.x, _reach(result, sizes, ~held), low, high)
+        steps, exhausted = steps + result.nfev, result.status == 0
         if exhausted or not bounded:
             break
     end = Descent(point, _squared(counted(point)), np.nan, exhausted, counted.evaluations)
@@ -134,9 +145,14 @@ class _State(NamedTuple):
 def polish(squares: LeastSquares, end: Descent, settled: float = SETTLED) -> Descent:
     """The last digits of a minimum: Newton steps on the values that are at no bound, while each halves the offset.
 
-    Gauss-Newton steps contract by the ratio of the residual to the radius of curvature of the model's surface, which a
-    poor fit brings near one (bates1980). With the curvature, measured once, the first step already brings most digits;
-    where it is known exactly, the first step, from farther off, goes without it. settled: offset that is enough.
+    The offset is |U'r| / |r|, with U an orthonormal basis of the tangent plane. Rounding keeps it from zero, so that
+    the steps end where they no longer halve it. settled: offset that is enough.
+
+    Gauss-Newton steps, without the curvature, contract by the ratio of the residual to the radius of curvature of the
+    model's surface, which a poor fit brings near one (bates1980). With the curvature, measured once, the first step
+    already brings most digits; where it is known exactly, the first step, from farther off, goes without it.
+
+    A point from which no step helps, or at which a derivative is no number, keeps its values.
     """
     newton = _Newton(squares, end.point)
     with np.errstate(all="ignore"):  # a step out of the model's domain gives no number, and is refused
@@ -154,14 +170,17 @@ def polish(squares: LeastSquares, end: Descent, settled: float = SETTLED) -> Des
             lower_still = squares.curvature is not None and tried.cost < now.cost * (1 - LOWER)
             if not (tried.offset < now.offset / 2 or lower_still):
                 break
-            near = tried.offset < now.offset / 10  # else the curvature was that of too far a point
-            model, now = model if near else None, tried
+            still_holds = tried.offset < now.offset / 10  # else the curvature was that of too far a point
+            model, now = model if still_holds else None, tried
     exhausted = end.exhausted and not now.offset < SEARCHED**0.5  # the offset of a search that ends by itself
     return Descent(now.point, now.cost, now.offset, exhausted, end.evaluations + newton.counted.evaluations)
 
 
 class _Newton:
-    """Newton steps on the values that are at no bound where the iteration starts."""
+    """Newton steps on the values that are at no bound where the iteration starts.
+
+    The others stay where they are: a minimum at a bound has a slope there, which no step within the bounds removes.
+    """
 
     def __init__(self, squares: LeastSquares, start: Values) -> None:
         self.squares = squares
@@ -179,6 +198,7 @@ class _Newton:
         return _State(point, value, _squared(value) if cost is None else cost, slopes, plane, plane.offset(value))
 
     def _slopes(self, point: Values) -> Values:
+        """The accurate derivative (points, free values): exact where there is one, else by extrapolated differences."""
         if self.squares.jacobian:
             return self.squares.jacobian(point)[:, self._free]
         return derivative_of(self.counted, point, self._low, self._high, self.squares.scale)[:, self._free]
@@ -189,8 +209,8 @@ class _Newton:
         directions[self._free] = now.plane.directions
         if self.squares.curvature is None:
             return directions, _hessian(self.counted, now, directions, self._low, self._high)
-        bend = directions.T @ self.squares.curvature(now.point) @ directions
-        return directions, _sound(0 * bend if first else bend)
+        curvature = directions.T @ self.squares.curvature(now.point) @ directions
+        return directions, _sound(0 * curvature if first else curvature)
 
     def step(self, now: _State, directions: Values, hessian: Values) -> _State | None:
         """The state after a Newton step; None where that leaves the bounds or raises the cost."""
@@ -221,41 +241,48 @@ def _trust_region(
 ) -> OptimizeResult:
     """SciPy's search over the free values, in units of their sizes and of the residual's length at the start.
 
-    So no unit decides when SciPy's absolute tolerance of the gradient ends it.
+    So no unit decides when SciPy's absolute tolerance of the gradient ends it. `x` of the result holds all values.
     """
     point, free = region.point, region.free
-    units, length = (
-        region.sizes[free],
-        _squared(residual(point)) ** 0.5 or 1.0,
-    )  # an exact fit leaves nothing to divide by
+    units = region.sizes[free]
+    length = _squared(residual(point)) ** 0.5 or 1.0  # an exact fit leaves nothing to divide by
 
-    def whole(part: Values) -> Values:
-        return np.clip(replaced(point, free, part * units), region.lower, region.upper)
+    def all_values(scaled: Values) -> Values:
+        """The point with its free values moved; a bound divided by its unit and multiplied again may round past it."""
+        return np.clip(replaced(point, free, scaled * units), region.lower, region.upper)
 
     with np.errstate(all="ignore"):  # a trial point may overflow: the search then shortens its step
-        found = least_squares(
-            lambda part: residual(whole(part)) / length,
+        result = least_squares(
+            lambda scaled: residual(all_values(scaled)) / length,
             point[free] / units,
-            jac=lambda part: jacobian(whole(part))[:, free] * (units / length),
+            jac=lambda scaled: jacobian(all_values(scaled))[:, free] * (units / length),
             bounds=(region.lower[free] / units, region.upper[free] / units),
             x_scale="jac",
             xtol=tolerance,
             ftol=tolerance,
             gtol=EPS,
-            max_nfev=max(max_steps, 1),
+            max_nfev=max(max_steps, 1),  # SciPy refuses zero
         )
-    found.x = whole(found.x)
-    return found
+    result.x = all_values(result.x)
+    return result
 
 
-def _reach(found: OptimizeResult, sizes: Values, free: Mask) -> Values:
-    """The change of each value that would move the residual by its own length; zero for a value that is held."""
+def _reach(result: OptimizeResult, sizes: Values, free: Mask) -> Values:
+    """The change of each value that would move the residual by its own length; zero for a value that is held.
+
+    SciPy's cost is half the squared residual. A value without slope reaches everywhere, at infinity.
+    """
     with np.errstate(divide="ignore", over="ignore"):
-        return replaced(np.zeros(len(free)), free, sizes[free] * np.sqrt(2 * found.cost / np.sum(found.jac**2, axis=0)))
+        steps = sizes[free] * np.sqrt(2 * result.cost / np.sum(result.jac**2, axis=0))
+        return replaced(np.zeros(len(free)), free, steps)
 
 
 def _edges(residual: Function, point: Values, reach: Values, lower: Values, upper: Values) -> Values:
-    """The search stays strictly inside: a bound itself may be better, and is tried where it is within reach."""
+    """The search stays strictly inside: a bound itself may be better, and is tried where it is within reach.
+
+    The bound is also taken where the cost is the same but for the rounding of its sum, so that a minimum at a bound is
+    met exactly.
+    """
     value = residual(point)
     cost, rounding = _squared(value), EPS * len(value)
     for k in range(len(point)):
@@ -271,23 +298,26 @@ def _hessian(residual: Counted, now: _State, directions: Values, lower: Values, 
     """Second derivative (rank, rank) of half the squared residual: one in the tangent plane, plus the curvature.
 
     The curvature r . (r(x + d) - 2 r(x) + r(x - d))/h^2 is measured by differences over a fraction of a standard
-    deviation; the result is without it where it would say that this is no minimum.
+    deviation; the result is without it where it would say that this is no minimum. Measured are the directions a of the
+    plane and the sums of two, since c(a + b) = c(a) + c(b) + 2 c(a, b).
     """
     point, value, n = now.point, now.value, directions.shape[1]
+    # no shift moves a value by more than step * reach: half of its room keeps it within the bounds
     reach = np.abs(directions).sum(axis=1)
     room = np.minimum(point - lower, upper - point)[reach > 0] / reach[reach > 0]
     step = min(CURVED * float(np.linalg.norm(value)) / len(value) ** 0.5, float(room.min(initial=np.inf)) / 2)
     a, b = np.tril_indices(n, -1)
     shifts = step * np.concatenate([directions.T, (directions[:, a] + directions[:, b]).T])
     ahead, behind = np.split(residual.each(np.concatenate([point + shifts, point - shifts])), 2)
-    curvature = ((ahead - value) + (behind - value)) @ value / step**2
-    bend = np.diag(curvature[:n])
-    bend[a, b] = bend[b, a] = (curvature[n:] - curvature[a] - curvature[b]) / 2
-    return _sound(bend)
+    # differences of near numbers are exact, and small; ahead + behind would round at the size of the values
+    along = ((ahead - value) + (behind - value)) @ value / step**2
+    curvature = np.diag(along[:n])
+    curvature[a, b] = curvature[b, a] = (along[n:] - along[a] - along[b]) / 2
+    return _sound(curvature)
 
 
-def _sound(bend: Values) -> Values:
-    """One plus the curvature, or one alone where that would be no minimum."""
-    hessian = np.eye(len(bend)) + bend
+def _sound(curvature: Values) -> Values:
+    """One plus the curvature, or one alone where that would be no minimum: then a Gauss-Newton step is taken."""
+    hessian = np.eye(len(curvature)) + curvature
     sound = np.isfinite(hessian).all() and np.linalg.eigvalsh(hessian).min(initial=np.inf) > SADDLE
-    return hessian if sound else np.eye(len(bend))
+    return hessian if sound else np.eye(len(curvature))

@@ -1,4 +1,10 @@
-"""Problems whose shape parameters have one value a group: where a search of so many values starts, and what splits."""
+"""Problems whose shape parameters have one value a group: where a search of so many values starts, and what splits.
+
+A spectrum with one slope a wavelength has as many shape values as wavelengths, too many for a grid of starts. If no
+parameter is shared between wavelengths, the problem splits into `parts`, each with its own search from many starts. If
+it does not split, the search starts from the optimum with one value for all groups (`common`), and then moves each
+group to where its own points fit best (`side_by_side`).
+"""
 
 from dataclasses import replace
 from typing import Protocol
@@ -42,12 +48,13 @@ def common(problem: Problem) -> Problem:
 def carried(vector: Values, source: Problem, problem: Problem, rows: Rows | slice = slice(None)) -> Values:
     """The values of a coarser or smaller problem where they belong in a vector of `problem`, the others NaN.
 
-    `rows` are the points of `problem` that `source` holds, in its order.
+    `rows` are the points of `problem` that `source` holds, in its order. They link both: a point's group in `source`
+    says which value it has, its group in `problem` where that value belongs.
     """
-    out, at, here = np.full(len(problem.names), np.nan), 0, 0
-    for entry, part in zip(problem.free, source.free, strict=True):
-        out[at + entry.group[rows]] = vector[here + part.group]
-        at, here = at + entry.size, here + part.size
+    out, start, source_start = np.full(len(problem.names), np.nan), 0, 0
+    for entry, source_entry in zip(problem.free, source.free, strict=True):
+        out[start + entry.group[rows]] = vector[source_start + source_entry.group]
+        start, source_start = start + entry.size, source_start + source_entry.size
     return out
 
 
@@ -60,18 +67,24 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     shared_by = set.intersection(*(set(entry.by) for entry in problem.free))
     if not shared_by or len(problem.penalty):
         return []
+    # of several, the first in the order of the parameters: a set has no order of its own
     by = next(c for entry in problem.free for c in entry.by if c in shared_by)
     labels, place = labelled(problem.points[by].values)
-    rows = [np.flatnonzero(place == k) for k in range(len(labels))]
+    rows_of_parts = [np.flatnonzero(place == k) for k in range(len(labels))]
     signal = problem.root_weights * problem.measured
-    if len(rows) < 2 or not all(signal[some].any() for some in rows):
+    # a part of zeros, or without weight, has no E of its own
+    if len(rows_of_parts) < 2 or not all(signal[rows].any() for rows in rows_of_parts):
         return []
+    # strengths of zero penalise nothing, but a part may hold too few values of a coordinate to be declared smooth
     free = replace(problem, smooth={})
-    return [(some, free.part(some)) for some in rows]
+    return [(rows, free.part(rows)) for rows in rows_of_parts]
 
 
 def assembled(problem: Problem, optima: list[tuple[Rows, Problem, Optimum]]) -> Optimum:
-    """The optimum of a problem from those of its parts."""
+    """The optimum of a problem from those of its parts.
+
+    E of a part is relative to its own points. Multiplied by its scale it is a sum of squares, which adds up.
+    """
     vector = np.full(len(problem.names), np.nan)
     for rows, part, optimum in optima:
         values = carried(optimum.vector, part, problem, rows)
@@ -84,20 +97,23 @@ def assembled(problem: Problem, optima: list[tuple[Rows, Problem, Optimum]]) -> 
 def side_by_side(reduced: Reduced, point: Values, k: int, line: int) -> Values:
     """`point` with each group of the k-th free shape parameter moved to where that group's own points fit best.
 
-    One fine line serves all its groups at once: exactly so where nothing else couples them.
+    One fine line serves all its groups at once: exactly so where nothing else couples them. Where shared weights do,
+    they follow what all groups try together, so that the moved point can be worse than `point`.
     """
     entries = reduced.problem.free_shape
-    at = sum(entry.size for entry in entries[:k])
-    places = slice(at, at + entries[k].size)
-    tried = np.vstack([point[places], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
-    points = np.tile(point, (len(tried), 1))
-    points[:, places] = tried
+    start = sum(entry.size for entry in entries[:k])
+    places = slice(start, start + entries[k].size)
+    # the first trial is where each group is now, so that a group on which no other improves stays
+    trials = np.vstack([point[places], np.tile(np.linspace(0.0, 1.0, line)[:, None], entries[k].size)])
+    points = np.tile(point, (len(trials), 1))
+    points[:, places] = trials
     errors = [_errors_by_group(entries[k], residual) for residual in reduced.residual(points)]
     best = point.copy()
-    best[places] = tried[np.argmin(errors, axis=0), np.arange(entries[k].size)]
+    best[places] = trials[np.argmin(errors, axis=0), np.arange(entries[k].size)]
     return best
 
 
 def _errors_by_group(entry: Entry, residual: Values) -> Values:
+    """The squared error of the points of each group (groups,); rows of a penalty belong to none."""
     squared = residual[: len(entry.group)] ** 2
     return np.bincount(entry.group, weights=squared, minlength=entry.size).astype(float)

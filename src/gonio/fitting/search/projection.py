@@ -1,4 +1,17 @@
-"""Variable projection: the weights are the exact optimum, so only the shape is searched (golub1973)."""
+"""Variable projection: the weights are the exact optimum, so only the shape is searched (golub1973).
+
+With A(s) the weighted terms at a shape s, one column for each weight, and b the weighted measured values, the problem
+
+    min |A(s) w - b|^2 over s and w   becomes   min |A(s) w(s) - b|^2 over s,   w(s) the best weights for s,
+
+a search of the shape alone, in which no start of the weights is needed. The weights are held within their bounds
+(`linear`). Derivatives by the shape are taken by differences of the reduced residual; the formula of golub1973 for
+them is for weights without bounds.
+
+There can be several minima. Grid points or quasi-random points (`starts`) are compared, the best are followed downhill
+(`descent`), and from the lowest minimum a fine line along each coordinate looks for a lower one. This does not prove
+that there is none; more `searches`, a finer `grid` and a finer `line` look further.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -19,7 +32,7 @@ from gonio.fitting.search.starts import local_minima, tried
 Values = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one met twice differs by rounding
-NEAR = 1e-6  # relative change of E that ends a search for a start
+NEAR = 1e-6  # relative change of E or of the values that ends a search for a start
 SHORT = 10  # the first searches, which only find out where the last one starts, may try so many times fewer points
 
 
@@ -27,8 +40,9 @@ SHORT = 10  # the first searches, which only find out where the last one starts,
 class Projection:
     """Exact weights by bounded linear least squares; the shape by local searches from many starts.
 
-    grid: starts a dimension, for one and two shape parameters; three and more take 64 quasi-random starts a dimension,
-        and parameters with one value a group start from the optimum of one value for all groups.
+    grid: starts along each side for two shape parameters, three times as many for one; three and more take 64
+        quasi-random starts a dimension (or up to twice as many, for a power of two), and parameters with one value a
+        group start from the optimum of one value for all groups.
     searches: how many of the best starts are followed to their minimum; twice as many in logarithms, where the weights
         of a start are only near. 0 is two for one and two shape parameters, and four for three and more.
     max_steps: points that the last search may try; the others, which only find out where it starts, may try a tenth.
@@ -52,6 +66,7 @@ class Projection:
         """The values of least E; the history holds the best E after the first searches and after each later round.
 
         A problem splits where groups share nothing, and very many points are searched on a sample of them first.
+        `rivals` of the optimum are where the other first searches ended.
         """
         if is_grouped(problem) and (split := parts(problem)):
             return self._search_parts(problem, split, progress)
@@ -60,7 +75,7 @@ class Projection:
         return self._search(problem, progress)
 
     def _search(self, problem: Problem, progress: Progress) -> Optimum:
-        """All points at once."""
+        """All points at once: many starts, some searches, then the last digits of the best minimum."""
         if problem.logarithmic:
             return self._search_logarithmic(problem, progress)
         reduced = Reduced(problem)
@@ -69,6 +84,7 @@ class Projection:
             cost = float(residual @ residual)
             return Optimum(weights, cost, False, reduced.evaluations, np.array([cost]))
         best, history, others = self._search_shape(reduced, progress)
+        # the first searches may try a tenth of the steps: the best one, where that was too few, goes on with all
         if best.exhausted:
             best = _descend(reduced, best.point, self.max_steps)
         best = polish(reduced.squares, best)
@@ -79,7 +95,7 @@ class Projection:
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
 
     def _search_parts(self, problem: Problem, split: list[tuple[Rows, Problem]], progress: Progress) -> Optimum:
-        """Each part of a problem that splits for itself."""
+        """Each part of a problem that splits, with its own starts: a search of few values each."""
         optima = []
         for rows, part in split:
             optima.append((rows, part, self.search(part)))
@@ -107,20 +123,24 @@ class Projection:
         return sorted(ends, key=lambda end: end.cost)
 
     def _starts(self, reduced: Reduced) -> list[Values]:
-        """The most promising starts in unit coordinates, best first: of a grid, its local minima."""
+        """The most promising starts in unit coordinates, best first: of a grid, its local minima.
+
+        The best points of a grid are often neighbours, from which searches would meet one minimum. Quasi-random points
+        have no neighbours to compare with: the best are taken as they are.
+        """
         if is_grouped(reduced.problem):
             return self._starts_in_common(reduced)
-        points, form = tried(reduced.dimensions, self.grid)
+        points, grid_shape = tried(reduced.dimensions, self.grid)
         costs = reduced.cost(points)
-        chosen = local_minima(costs.reshape(form)) if form else np.arange(len(costs))
-        order = chosen[np.argsort(costs[chosen])]
+        candidates = local_minima(costs.reshape(grid_shape)) if grid_shape else np.arange(len(costs))
+        order = candidates[np.argsort(costs[candidates])]
         return [points[k] for k in order[: self.followed(reduced.dimensions)]]
 
     def _starts_in_common(self, reduced: Reduced) -> list[Values]:
         """All groups at the optimum of one value for all, and from there each where its own points fit best."""
         problem = reduced.problem
-        alike = common(problem)
-        vector = carried(self.search(alike).vector, alike, problem)
+        ungrouped = common(problem)
+        vector = carried(self.search(ungrouped).vector, ungrouped, problem)
         start = reduced.unit(vector[problem.n_weights :])
         moved = start
         for k in range(len(problem.free_shape)):
@@ -132,6 +152,9 @@ class Projection:
 
         Where a weight is zero its shape has no slope, and the grid, coarse in the other coordinates, can miss the lobe
         that would help: a fine line through the minimum sees it.
+
+        The groups of a parameter are moved together first, with one line for all of them. Where groups determine a
+        weight together, none may be better off when all move: then each is also moved alone.
         """
         if is_grouped(reduced.problem):
             shapes = range(len(reduced.problem.free_shape))
@@ -150,7 +173,10 @@ class Projection:
         return better
 
     def _search_logarithmic(self, problem: Problem, progress: Progress) -> Optimum:
-        """Logarithms are not linear in the weights: from the best of the same starts, a search of all values."""
+        """Logarithms are not linear in the weights: from the best of the same starts, a search of all values.
+
+        The starts are ranked by their E of logarithms, with the weights of least relative error (`reduced`).
+        """
         relative = RelativeWeights(problem)
         more = replace(self, searches=2 * self.followed(relative.dimensions))
         starts = more._starts(relative) if problem.free_shape else [np.empty(0)]
@@ -174,10 +200,10 @@ class Projection:
         return Optimum(end.point, float(history[-1]), end.exhausted, evaluations, history, rivals=rivals)
 
 
-FOR_MANY = Projection(
-    grid=13, searches=0, max_steps=500, line=11, rounds=2
-)  # fewer trials a scan, where there are many
+# fewer trials a scan, where there are many
+FOR_MANY = Projection(grid=13, searches=0, max_steps=500, line=11, rounds=2)
 
 
 def _descend(reduced: Reduced, start: Values, max_steps: int) -> Descent:
+    """The minimum downhill of a start in unit coordinates; only that of the best start is then polished."""
     return descend(reduced.squares, start, max_steps=max_steps, last_digits=False)

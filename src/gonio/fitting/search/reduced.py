@@ -1,7 +1,8 @@
 """A problem of the shape alone: at every shape the weights are their exact optimum, and only what they leave remains.
 
 For one shape, E is a convex quadratic function of the weights, so their optimum within bounds is exact (`linear`). What
-is left is a function of the few shape parameters, each a coordinate from 0 to 1 (golub1973).
+remains is a function of the few shape parameters, each a coordinate from 0 to 1 (golub1973): by ratios where a
+parameter spans decades, else evenly (`objective.axes`).
 """
 
 from collections.abc import Callable
@@ -22,6 +23,7 @@ class Reduced:
     """A problem of the shape alone, in unit coordinates.
 
     Functions take one point (dimensions,) or several (n, dimensions), which together cost less than one by one.
+    `evaluations` counts the shapes whose weights were solved.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -49,8 +51,11 @@ class Reduced:
         return self._axes.unit(shape)
 
     def solve(self, shape: Values) -> tuple[Values, Values]:
-        """The exact weights (..., n_weights) for shapes (..., n_shape), and the residual whose squared sum is E."""
-        self.evaluations += shape.size // max(self.dimensions, 1) or 1
+        """The exact weights (..., n_weights) for shapes (..., n_shape), and the residual whose squared sum is E.
+
+        With smooth parameters the residual has the rows of their penalty too, and its squared sum is E plus that.
+        """
+        self.evaluations += shape.size // max(self.dimensions, 1) or 1  # an empty shape is one evaluation
         matrix, fixed = self.problem.design(shape)
         root = self.problem.root_weights
         matrix *= root[:, None]
@@ -62,12 +67,12 @@ class Reduced:
         """What the exact weights leave (..., points)."""
         if unit.ndim == 1:
             return self.solve(self.shape(unit))[1]
-        return self.in_parts(lambda some: self.solve(self.shape(some))[1], unit)
+        return self.in_parts(lambda part: self.solve(self.shape(part))[1], unit)
 
     def in_parts(self, function: Callable[[Values], Values], unit: Values) -> Values:
         """`function` of many points (n, dimensions), so many at a time as are quick."""
-        some = max(TOGETHER // len(self.problem.measured), 1)
-        return np.concatenate([function(unit[at : at + some]) for at in range(0, len(unit), some)])
+        count = max(TOGETHER // len(self.problem.measured), 1)
+        return np.concatenate([function(unit[at : at + count]) for at in range(0, len(unit), count)])
 
     def cost(self, unit: Values) -> Values:
         """E, and the penalty, at points (..., dimensions)."""
@@ -78,7 +83,8 @@ class Reduced:
 class RelativeWeights(Reduced):
     """The shape of a logarithmic problem, with the weights whose relative errors are least: the exact ones are near.
 
-    Logarithms are not linear in the weights. For small errors ln f - ln m is (f - m)/m, which is.
+    Logarithms are not linear in the weights. For small errors ln f - ln m is (f - m)/m, which is. So weights are those
+    of the same problem with relative weighting, and only `cost` is that of logarithms.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -92,5 +98,5 @@ class RelativeWeights(Reduced):
 
     def cost(self, unit: Values) -> Values:
         """E of the logarithms at several points."""
-        whole = self._logarithmic
-        return self.in_parts(lambda some: whole.cost(whole.residual(self.vector(some))), unit)
+        problem = self._logarithmic
+        return self.in_parts(lambda part: problem.cost(problem.residual(self.vector(part))), unit)

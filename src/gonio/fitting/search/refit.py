@@ -1,4 +1,9 @@
-"""Searches of all values from values that are near: a little change to a problem moves its minimum and makes none."""
+"""Searches of all values from values that are near: a little change to a problem moves its minimum and makes none.
+
+Resampled points, a value held a little aside, other strengths of smoothing or weights of a robust loss are such
+changes. One local search from the old minimum then does, over weights and shape together: every residual can have a
+factor and an offset here, and logarithms are allowed, for which `projection` has no exact weights.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +28,13 @@ def refit(
 ) -> Descent:
     """The minimum downhill of a vector (n,) of weights and shape; its last digits are not sought.
 
-    factors, offset (points,): what the residual of each point is multiplied by, and what is then added. held: the place
-    of a value that stays as it starts. tolerance and max_steps are those of `descend`.
+    factors, offset (points,): what the residual of each point is multiplied by, and what is then added. An offset of
+    -s e is what a measured value higher by e does, with s the root weight (`Problem.error` gives s e). The penalty of
+    smooth parameters stays as it is. held: the place of a value that stays as it starts. tolerance and max_steps are
+    those of `descend`. The cost of the result is the squared sum of the changed residual, not divided by a scale.
     """
     points, lower, upper = len(problem.measured), problem.lower.copy(), problem.upper.copy()
-    if held is not None:
+    if held is not None:  # between equal bounds a value presses against one of them wherever downhill is
         lower[held] = upper[held] = start[held]
     scales, shifts = np.ones(points + len(problem.penalty)), np.zeros(points + len(problem.penalty))
     scales[:points], shifts[:points] = factors, offset
@@ -35,7 +42,7 @@ def refit(
         lambda vector: scales * problem.residual(vector) + shifts,
         lower,
         upper,
-        scale=np.maximum(np.abs(start), SMALLEST),
+        scale=np.maximum(np.abs(start), SMALLEST),  # a value that comes near zero keeps the size of its start
         jacobian=lambda vector: scales[:, None] * quick_jacobian(problem, vector),
     )
     return descend(squares, start, tolerance=tolerance, max_steps=max_steps, last_digits=False)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gonio.fitting.objective.problem import Problem
 
 Values = npt.NDArray[np.float64]
-Progress = Callable[[float], None]  # told the fraction that is done
+Progress = Callable[[float], None]  # called with the fraction that is done, 0 to 1
 
 
 def silent(fraction: float) -> None:
@@ -21,6 +21,8 @@ def silent(fraction: float) -> None:
 class Optimum:
     """What a solver hands back: the vector of weights and shape, E there, and the course of the search.
 
+    `vector` (n,) has the order of `Problem.names`. `cost` is E, with the penalty where parameters are smooth.
+    `evaluations`: of the residual, one for each vector or shape that was tried.
     `history` holds the best E after each step, (steps,) or (steps, chains). `exhausted`: the search ran out of steps.
     `searched` is on how many points starts were searched, 0 for all. `rivals` are the vectors of other minima that were
     met.
@@ -43,4 +45,8 @@ class Solver(Protocol):
         """The name by which a command asks for it."""
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
-        """The values of least E (guo2023, eq 11), within the bounds of the problem."""
+        """The values of least E (guo2023, eq 11), within the bounds of the problem, under squared errors.
+
+        A search that runs out of steps raises nothing: its Optimum says so. A robust loss is not the solver's concern
+        (`reweighting`).
+        """

@@ -1,4 +1,8 @@
-"""The solvers by name, and the options by which one is chosen."""
+"""The solvers by name, and the options by which one is chosen.
+
+A setting is a field of the solver that has a number as its default. What is no number, such as the bounds `lb` and `ub`
+of Anneal, cannot be set by a command: its `--bound` narrows the problem itself.
+"""
 
 import dataclasses
 from collections.abc import Mapping
@@ -23,7 +27,7 @@ class SearchOptions:
     seed: Annotated[int, Option("seed of the random numbers")] = 0
 
     def chosen(self, default: Projection | Anneal | None = None) -> Projection | Anneal:
-        """The solver; the settings of `default` are its own where none is given, if it is of that name.
+        """The solver; settings that are not given are those of `default`, if that is a solver of the same name.
 
         Raises ValueError for a name that is no solver's, or a setting that it does not have.
         """
@@ -31,9 +35,10 @@ class SearchOptions:
             raise ValueError(f"no solver {self.solver!r}: choose one of {', '.join(SOLVERS)}")
         kind = SOLVERS[self.solver]
         defaults = {f.name: f.default for f in dataclasses.fields(kind) if isinstance(f.default, int | float)}
-        given: dict[str, float] = {"seed": self.seed} if "seed" in defaults else {}
+        changed: dict[str, float] = {"seed": self.seed} if "seed" in defaults else {}  # a projection draws nothing
         for name, value in self.setting.items():
             if name not in defaults:
                 raise ValueError(f"the solver {self.solver} has no setting {name!r}; it has {', '.join(defaults)}")
-            given[name] = int(value) if isinstance(defaults[name], int) else value
-        return dataclasses.replace(default if isinstance(default, kind) else kind(), **given)  # type: ignore[arg-type]
+            changed[name] = int(value) if isinstance(defaults[name], int) else value  # commands give floats
+        base = default if isinstance(default, kind) else kind()
+        return dataclasses.replace(base, **changed)  # type: ignore[arg-type]

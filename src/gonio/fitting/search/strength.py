@@ -1,7 +1,10 @@
-"""How strongly parameters are held smooth, where a problem leaves that open: what predicts points left out best.
+"""How strongly parameters are held smooth, where a problem leaves that open: so that points are predicted best.
 
 For one strength, the error of each point in a fit without it is r_k / (1 - h_k) to first order, with the residual r_k
-of the fit with it and its leverage h_k (allen1974). The strength is chosen that makes their squared sum least.
+of the fit with it and its leverage h_k. The strength is chosen that makes their squared sum least, the PRESS statistic
+(allen1974). This is leave-one-out cross-validation at the cost of one fit for each strength that is tried.
+
+`objective.smooth` says what a strength does to E, and docs/spectral-fits.md how near to the best strength this comes.
 """
 
 import math
@@ -33,19 +36,20 @@ def resolved(problem: Problem) -> Problem:
     The scale is the value of a shape parameter in the fit with one value for all groups, and the root mean square of a
     weight there. The strength is the one whose fits predict best each point from all others (allen1974; in the tangent
     plane, without fitting again): first one for all parameters whose strength is `auto`, then each one's own. Unlike
-    generalised cross-validation (craven1978) that needs no noise alike at all points, and like it takes the errors of
-    different points as independent: an error that a whole wavelength has in common is not smoothed away.
+    generalised cross-validation (craven1978) this does not need the same noise at all points. Like it, it takes the
+    errors of different points as independent: an error that all points of a wavelength share is not smoothed away.
     Raises ValueError where a parameter is zero in that fit, and so has no scale.
     """
-    if all(one.is_resolved for one in problem.smoothed.values()):
+    if all(smooth.is_resolved for smooth in problem.smoothed.values()):
         return problem
-    alike = common(problem)
-    vector = carried(Projection().search(alike).vector, alike, problem)
+    ungrouped = common(problem)
+    vector = carried(Projection().search(ungrouped).vector, ungrouped, problem)
     scaled = replace(problem, smooth=_scaled(problem, vector))
-    open_names = [name for name, one in scaled.smoothed.items() if one.strength == AUTO]
+    open_names = [name for name, smooth in scaled.smoothed.items() if smooth.strength == AUTO]
     if not open_names:
         return scaled
     best = _fitted(scaled, open_names, STRONGEST, vector)
+    # a point that a value fits alone even under the strongest smoothing is predicted by no other, at any strength
     predicted = _leverage(best.problem, best.vector) < ALONE
     best = _least(best, open_names, predicted)
     for name in open_names if len(open_names) > 1 else ():
@@ -56,13 +60,17 @@ def resolved(problem: Problem) -> Problem:
 def effective_values(problem: Problem, vector: Values) -> float:
     """How many free values a fit has the use of: the trace of the matrix that turns measured into modelled values.
 
-    That is the number of free values where nothing is smooth (hastie1990).
+    That is the number of free values where nothing is smooth (hastie1990). The matrix is
+    that of the tangent plane at the vector (n,); on its diagonal are the leverages of the points.
     """
     return float(np.sum(_leverage(problem, vector))) if len(problem.penalty) else float(len(vector))
 
 
 def _leverage(problem: Problem, vector: Values) -> Values:
-    """By how much each point pulls its own modelled value, 0 to 1 (points,)."""
+    """By how much each point pulls its own modelled value, 0 to 1 (points,).
+
+    The plane has the rows of the penalty too, which take part of the pull from the points.
+    """
     return Tangent(quick_jacobian(problem, vector)).leverage(len(problem.measured))
 
 
@@ -73,7 +81,10 @@ class _Fit(NamedTuple):
     vector: Values
 
     def left_out(self, predicted: Mask) -> float:
-        """Squared errors of the predictions of each point from all others, over the points that others predict."""
+        """Sum of the squared errors of predicting each point from all others, over the points that others predict.
+
+        Infinite where so weak a smoothing leaves a value that fits one of these points alone.
+        """
         free = 1 - _leverage(self.problem, self.vector)[predicted]
         error = self.problem.difference(self.problem.brdf(self.vector))[predicted]
         return float(np.sum((error / free) ** 2)) if free.min(initial=1.0) > 1 - ALONE else math.inf
@@ -82,41 +93,48 @@ class _Fit(NamedTuple):
 def _fitted(problem: Problem, names: Sequence[str], exponent: float, near: Values) -> _Fit:
     """The fit with some parameters held smooth by 10^exponent, from values that are near."""
     changed = {
-        name: one._replace(strength=float(10.0**exponent)) for name, one in problem.smoothed.items() if name in names
+        name: smooth._replace(strength=float(10.0**exponent))
+        for name, smooth in problem.smoothed.items()
+        if name in names
     }
     tried = replace(problem, smooth=problem.smoothed | changed)
     return _Fit(tried, refit(tried, near).point)
 
 
 def _least(fit: _Fit, names: Sequence[str], predicted: Mask) -> _Fit:
-    """The best strength for some parameters: from the straight line down by decades, then between two of these."""
+    """The best strength for some parameters: from the straight line down by decades, then between two of these.
+
+    Each fit starts from that of the next stronger smoothing, which is near. The sum of errors may have several minima
+    over the strength: decades find the lowest, Brent's bounded search only its exact place.
+    """
     path = [_fitted(fit.problem, names, STRONGEST, fit.vector)]
     for exponent in range(STRONGEST - 1, WEAKEST - 1, -1):
         path.append(_fitted(fit.problem, names, exponent, path[-1].vector))
     scores = [tried.left_out(predicted) for tried in path]
     best = path[int(np.argmin(scores))]
     middle = STRONGEST - int(np.argmin(scores))
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda exponent: _fitted(fit.problem, names, exponent, best.vector).left_out(predicted),
         bounds=(max(middle - 1, WEAKEST), min(middle + 1, STRONGEST)),
         method="bounded",
         options={"xatol": FINE},
     )
-    return _fitted(fit.problem, names, found.x, best.vector) if found.fun < min(scores) else best
+    return _fitted(fit.problem, names, optimum.x, best.vector) if optimum.fun < min(scores) else best
 
 
 def _scaled(problem: Problem, vector: Values) -> dict[str, Smooth]:
-    """What is smooth, with its scale from the values (n,) of one fit."""
-    out, at = {}, 0
+    """What is smooth, with its scale from the values (n,) of the fit with one value for all groups.
+
+    A scale makes the strength a number without unit. A scale that is stated stays.
+    """
+    out, start = {}, 0
     for entry in problem.free:
-        values = vector[at : at + entry.size]
-        at += entry.size
-        if not (one := problem.smoothed.get(entry.name)):
+        values = vector[start : start + entry.size]
+        start += entry.size
+        if not (smooth := problem.smoothed.get(entry.name)):
             continue
-        scale = one.scale if math.isfinite(one.scale) else float(np.sqrt(np.mean(values**2)))
+        scale = smooth.scale if math.isfinite(smooth.scale) else float(np.sqrt(np.mean(values**2)))
         if not scale > 0:
-            raise ValueError(
-                f"{entry.name} is zero in a fit that is not smooth, so nothing scales it: do not smooth it"
-            )
-        out[entry.name] = one._replace(scale=scale)
+            raise ValueError(f"{entry.name} is zero in the fit without smoothing, so it has no scale: do not smooth it")
+        out[entry.name] = smooth._replace(scale=scale)
     return out

@@ -1,4 +1,13 @@
-"""The fit of a stack in a store, block by block: what a run is, and what fitting one of its blocks is."""
+"""The fit of a stack in a store, block by block: what a run is, and how one of its blocks is fitted.
+
+`prepare` compares what is asked with the manifest of the store of results. It gives a Run: either a new one, or the
+continuation of the same run, with the blocks that are still to be fitted. `fit_block` fits one block in the process
+that calls it, and `cluster` spreads these calls over many. All that a process needs is in the Job and in the stores.
+
+Two runs are the same if everything is the same on which the results depend, down to the versions of the libraries whose
+rounding shows in the last digits. So all blocks of a store come from the same computation, to the last bit on like
+processors. The measured values of the stack are the exception: they may be terabytes, and are not compared.
+"""
 
 import functools
 import hashlib
@@ -6,7 +15,8 @@ import json
 import os
 import socket
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -26,20 +36,21 @@ from gonio.model import Model
 from gonio.portable import peak_megabytes
 
 FitMany = Callable[..., xr.Dataset]
-LANES_OF_BLOCK = 2048
-_MATTERS = ("gonio", "numpy", "scipy", "jax", "jaxlib")  # the versions on which the last digits depend
+LANES_OF_BLOCK = 2048  # tasks then take half a second and more
+_VERSIONED = ("gonio", "numpy", "scipy", "jax", "jaxlib")  # packages whose versions the last digits depend on
 
 
 @dataclass(frozen=True)
 class StackFit:
-    """What is to be fitted: a model to every lane of the stack in the store `stack`, into the store `out`.
+    """What is to be fitted: a model to every lane of the stack in the store `stack`, with results in the store `out`.
 
-    each: coordinates of sets, such as wavelength, of which each value is fitted for itself.
-    problem: the options of each lane's Problem; settings: what `fit_many` takes besides, solver and covariance among
-    it.
-    block: the most lanes of a block, which is what one task fits and what a crash loses.
-    fit_many: another function than `fitting.fit_many`, which needs JAX.
-    Raises ValueError for an option that reads one scan, of which a stack has many.
+    each: dimensions of sets, such as wavelength, whose values are fitted one at a time and not jointly.
+    problem: the options of every lane's Problem. settings: the other arguments of `fit_many`, such as solver and
+        covariance.
+    block: the largest number of lanes in a block. A block is what one task fits, and what is lost in a crash.
+    fit_many: a function to use in place of `fitting.fit_many`, which needs JAX. Workers import it by its name.
+    Paths become absolute, because a worker may run in another folder.
+    Raises ValueError where a parameter is held at the half width of a scan, as each scan of a stack has its own.
     """
 
     model: Model
@@ -62,9 +73,10 @@ class StackFit:
 
 @dataclass(frozen=True)
 class Job:
-    """What a process needs to fit any block; small, since it travels with every task: all data come from the store.
+    """What a process needs to fit any block. It is sent with every task, so it is small: all data stay in the stores.
 
-    `digest` tells one job from another, so that a process prepares the problem once.
+    digest: the SHA-256 of the declaration. Jobs are compared and hashed by it alone, so that `_prepared` can find a job
+        that was sent again: the other fields are copies each time, and may not be hashable.
     """
 
     digest: str
@@ -77,7 +89,7 @@ class Job:
         return self.asked.out
 
     def search(self) -> FitMany:
-        """`fit_many`, which needs JAX, unless the job brings another."""
+        """The function that fits a block: the job's own, or `fit_many`, which needs JAX."""
         if self.asked.fit_many is not None:
             return self.asked.fit_many
         from gonio.fitting.many.fit_many import fit_many
@@ -86,26 +98,45 @@ class Job:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """What a process loads for its first block; JAX, which takes a second, is among it."""
+        """The modules that a process needs for its first block, for `connected` to load ahead.
+
+        The first two load JAX, which takes a second.
+        """
         return () if self.asked.fit_many else ("gonio.fitting.many.starts", "gonio.fitting.many.covariance", "zarr")
 
     def prepared(self) -> tuple[Problem, xr.Dataset]:
-        """The problem of one lane, and the stack, whose values are still in the store."""
+        """The Problem that stands for every lane, and the opened stack, whose values are still in the store.
+
+        Lanes share their directions, so one Problem is enough: `fit_many` puts each lane's values in place.
+        """
         stack = open_stack(self.asked.stack)
-        scan = one_scan(stack, lane_dims(stack, self.asked.each))
-        return Problem(self.asked.model, scan, **self.asked.problem.given()), stack
+        with _naming(self.asked.stack):
+            scan = one_scan(stack, lane_dims(stack, self.asked.each))
+            return Problem(self.asked.model, scan, **self.asked.problem.given()), stack
+
+
+@contextmanager
+def _naming(stack: Path) -> Iterator[None]:
+    """Put the name of the store before any ValueError about the scans in it, which does not say where they are from."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{stack}: {error}") from error
 
 
 @functools.lru_cache(maxsize=2)
 def _prepared(job: Job) -> tuple[Problem, xr.Dataset]:
+    """`Job.prepared`, once in a process: the stack is opened and the problem made for its first block alone."""
     return job.prepared()
 
 
 @dataclass(frozen=True)
 class Run:
-    """A job, the blocks that were written when it began, and how often computations of the others had begun by then.
+    """One call's work on a job.
 
-    `fresh` makes the store where there is none to go on with.
+    done: the blocks that were written before. begun: how often a computation of each of the others had begun before, so
+        that deaths of workers are counted from here on.
+    fresh: makes the store of results; None where there is one to go on with.
     """
 
     job: Job
@@ -115,11 +146,14 @@ class Run:
 
     @property
     def resumed(self) -> bool:
-        """Whether the store was there already."""
+        """Whether this continues a run whose store was there already."""
         return self.fresh is None
 
     def begin(self) -> None:
-        """Make the store, of which nothing is there before: what --force puts aside stays until all else is ready."""
+        """Make the store of results if there is none to go on with.
+
+        Called only when workers are ready, so that old results, which `force` replaces, stay if anything fails before.
+        """
         if self.fresh:
             self.fresh()
 
@@ -129,7 +163,7 @@ class Run:
         return Manifest(self.job.out)
 
     def attempts(self, block: int) -> int:
-        """How many computations of a block that is not written have begun in this run."""
+        """How many computations of a block that is not written have begun in this run, on any worker."""
         return len(self.manifest.starts(block)) - self.begun.get(block, 0)
 
     @property
@@ -139,13 +173,16 @@ class Run:
 
 
 def prepare(asked: StackFit, force: bool = False) -> Run:
-    """Begin a fit of a stack, or take up the same fit where it stopped.
+    """Begin a fit of a stack, or continue the same fit where it stopped. Nothing is written yet.
 
-    Raises ValueError where the stack is none, or `out` holds another run and `force` is False; FileExistsError where
-    `out` is something else.
+    As much as possible is refused here, before workers are started and before old results are touched.
+    Raises FormatError where the stack cannot be opened; ValueError where it has no lanes, for options that the model or
+    `fit_many` refuses, or where `out` holds another run and `force` is False; FileExistsError where `out` is something
+    else than a store of results and `force` is False.
     """
     opened = open_stack(asked.stack)
-    lanes = lane_dims(opened, asked.each)
+    with _naming(asked.stack):
+        lanes = lane_dims(opened, asked.each)
     blocks = BlockGrid.of({dim: opened.sizes[dim] for dim in lanes}, asked.block)
     if not blocks.lanes:
         empty = " and ".join(d for d in lanes if not opened.sizes[d])
@@ -153,12 +190,12 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
     declared = _declared(asked, opened, blocks)
     digest = hashlib.sha256(json.dumps(declared).encode()).hexdigest()
     job = Job(digest, asked, blocks)
-    before = Manifest(asked.out).run()
-    if before is None:
+    existing = Manifest(asked.out).run()
+    if existing is None:
         refuse_existing(asked.out, force)
-    if before is None or force:
+    if existing is None or force:
         return Run(job, frozenset(), {}, _fresh(job, opened, declared, force))
-    if change := difference(before, declared):
+    if change := difference(existing, declared):
         raise ValueError(
             f"{asked.out} holds the fit of another run: {change}; choose another --out, or --force to start anew"
         )
@@ -169,7 +206,10 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
 
 
 def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
-    """Everything on which the results depend, as the manifest keeps it."""
+    """Everything on which the results depend, as the manifest keeps it; what is not here may differ between calls.
+
+    The model's parameters are part of it beside its name, since a name says nothing of bounds and defaults.
+    """
     return plain(
         {
             "stack": identity(asked.stack, opened),
@@ -184,24 +224,30 @@ def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
 
 
 def _fresh(job: Job, stack: xr.Dataset, declared: Any, force: bool) -> Callable[[], None]:
-    """What makes the store without a lane fitted; a problem that cannot be fitted is refused here."""
+    """The function that makes the store of results, for `Run.begin`.
+
+    A fit of no lanes shows which variables there will be. It is done now, so that a problem that cannot be fitted is
+    refused now.
+    """
     problem, _ = job.prepared()
     empty = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.asked.settings)
     empty = empty.transpose(*job.blocks.dims, ...)
     coords = {n: c for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(job.blocks.dims)}
 
     def make() -> None:
-        with replacing(job.out, force) as temporary:
-            temporary.unlink()
+        with replacing(job.out, force) as temporary:  # the store appears under its name when it is complete
+            temporary.unlink()  # `replacing` makes an empty file, and a store is a folder
             lane_store.create(temporary, empty, coords, job.blocks, declared)
 
     return make
 
 
 def fit_block(job: Job, block: int) -> Record:
-    """Fit the lanes of one block, write them, and mark the block as written; one that is marked is left alone.
+    """Fit the lanes of one block, write the results, and mark the block as written.
 
-    Raises ValueError, which names the block, for whatever goes wrong.
+    A block that is marked already is not computed again: its record is returned. Dask computes a task again when the
+    worker that finished it dies, and the marked results must not change.
+    Raises ValueError for any error, with a message that names the block.
     """
     manifest = Manifest(job.out)
     if manifest.is_written(block):
@@ -209,11 +255,13 @@ def fit_block(job: Job, block: int) -> Record:
     try:
         return _fit_block(job, block, manifest)
     except Exception as error:
+        # The messages of these two are sentences; others, such as a KeyError's, mean nothing without their kind.
         kind = "" if isinstance(error, ValueError | OSError) else f"{type(error).__name__}: "
         raise ValueError(f"{job.blocks.words(block)}: {kind}{error}") from error
 
 
 def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
+    """The steps of `fit_block` for a block that is not marked; the mark comes last, when the chunks are on the disk."""
     started = manifest.start(block)
     problem, stack = _prepared(job)
     region = job.blocks.region(block)
@@ -238,15 +286,17 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
 
 
 def _declaration(model: Model) -> dict[str, Any]:
+    """The parameters of a model: the weights, and default, bounds and unit of every shape parameter."""
     weights: dict[str, Any] = dict.fromkeys(model.weights, "weight")
     return weights | {n: [p.default, p.lower, p.upper, p.unit] for n, p in model.shape.items()}
 
 
 def _versions() -> dict[str, str]:
-    known = {}
-    for name in _MATTERS:
+    """The versions of the packages in _VERSIONED, `none` for one that is not installed."""
+    versions = {}
+    for name in _VERSIONED:
         try:
-            known[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            known[name] = "none"
-    return known
+            versions[name] = "none"
+    return versions

@@ -1,6 +1,12 @@
-"""Binary files of ALTA: the header of its text files with `#FORMAT binary`, then float64 after `#BEGIN_STREAM`.
+"""Binary files of the library ALTA: the header of its text files, then float64 numbers after `#BEGIN_STREAM`.
 
-ALTA has no suffix for them; .altab is gonio's. Files with intervals (#VS) are refused: how they are stored is not said.
+    #FORMAT binary
+    #PRECISION ieee754-double
+    #SAMPLE_COUNT 2
+    #ENDIAN little
+
+The layout is that of ALTA's own reader (data_storage.cpp). ALTA has no suffix for these files; .altab is gonio's. Files
+with intervals (#VS) are refused, because how they are stored is not documented.
 """
 
 from pathlib import Path
@@ -32,12 +38,12 @@ def _read(path: Path) -> xr.Dataset:
     header, after = header_of(path, enumerate(text.split("\n"), start=1))
     if (other := next(after, None)) is not None:
         raise FormatError(path, f"{clip(other[1])!r} is no line of a header", f"line {other[0]}")
-    if header.whole("VS", 0, 2, "0"):
+    if header.whole_number("VS", 0, 2, "0"):
         raise header.wrong("VS", "intervals (#VS) in a binary file are not read: save it as text with ALTA's data2data")
     for key, known in (("PRECISION", ("ieee754-double",)), ("VERSION", ("0",)), ("ENDIAN", tuple(ORDERS))):
         if header.text(key) not in known:
-            raise header.wrong(key, f"{header.said(key)}: it must be {' or '.join(known)}")
-    rows, wide = header.whole("SAMPLE_COUNT", 1, MOST_VALUES), sum(header.dim)
+            raise header.wrong(key, f"{header.described(key)}: it must be {' or '.join(known)}")
+    rows, wide = header.whole_number("SAMPLE_COUNT", 1, MOST_VALUES), sum(header.dim)
     file.at = start = len(raw) + len(mark) + (2 if rest.startswith(b"\r\n") else 1)
     order = ORDERS[header.text("ENDIAN")]
     table = file.array(order, (rows, wide), f"{rows} rows of {wide} numbers").astype(float)
@@ -49,7 +55,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """Raises ValueError as for text; intervals have no place."""
+    """Write the scan without its intervals. Raises ValueError as for a text file."""
     header, comments, table = stored(scan.drop_vars(BOUNDS, errors="ignore"))
     header |= {"FORMAT": "binary", "VERSION": "0", "PRECISION": "ieee754-double"}
     header |= {"SAMPLE_COUNT": str(len(table)), "ENDIAN": "little"}

@@ -1,7 +1,7 @@
-"""ALTA's names for ways to give a pair of directions by numbers, each with the way to angles.
+"""ALTA's parametrisations: the coordinates in which its files give two directions, and their conversion to angles.
 
-V is the view and L the light; angles are in radians. ALTA's difference vector is V about H, and its azimuth
-differences are phi_L - phi_V, but for the projected ones, which are phi_V - phi_L.
+V is the direction of view, L that of the light and H the half vector; angles are in radians. ALTA's difference vector
+is V in the frame of H. Its azimuth differences are phi_L - phi_V, except the projected ones, which are phi_V - phi_L.
 """
 
 from collections.abc import Callable
@@ -15,16 +15,18 @@ from gonio.measured.dataset import HORIZON
 
 Values = npt.NDArray[np.float64]
 
-DIGITS = 10  # of an angle in degrees: radians in 15 digits say no more
-FURTHEST = 4 * np.pi  # an angle beyond it was meant in degrees
-UNIT_LENGTH = 1e-3  # by how much a vector may be longer or shorter than 1
+DIGITS = 10  # of an angle in degrees: radians with 15 digits are no more precise
+FURTHEST = 4 * np.pi  # rad; a larger angle was probably meant in degrees
+UNIT_LENGTH = 1e-3  # the deviation from 1 that the length of a vector may have
 
 
 @dataclass(frozen=True)
 class Parametrisation:
-    """The number of coordinates, and the way from these to theta_i, theta_r, phi and phi_i [deg].
+    """One parametrisation: the number of its coordinates, and the function from rows (n, size) of these to angles.
 
-    `turns`: it says how the surface is turned. `dips`: on a grid some of its points lie below the horizon.
+    `directions` returns theta_i, theta_r, phi and phi_i [deg]. `turns`: the coordinates give the azimuth phi_i of the
+    light. `dips`: on a grid of the coordinates some points lie below the horizon. `assumes`: a line for the history on
+    what the coordinates leave open.
     """
 
     size: int
@@ -45,14 +47,14 @@ def _by_difference(x: Values) -> coordinates.Angles:
 
 
 def _projected(x: Values) -> coordinates.Angles:
-    """theta_L (0 where it is left out), then theta_V times cosine and sine of the azimuth between."""
+    """theta_L (0 where there are two coordinates), then theta_V times cosine and sine of the azimuth difference."""
     theta_l = x[:, 0] if x.shape[1] == 3 else np.zeros(len(x))
     a, b = x[:, -2], x[:, -1]
     return np.degrees(theta_l), np.degrees(np.hypot(a, b)), np.degrees(np.arctan2(b, a)), coordinates.ZERO
 
 
 def _half_difference(x: Values) -> coordinates.Angles:
-    """theta_H, phi_H, theta_D and phi_D; V stands where the half-difference system has the incident light."""
+    """theta_H, phi_H, theta_D and phi_D, with V in the place of gonio's incident light."""
     theta_h, phi_h, theta_d, phi_d = np.degrees(x).T
     system = coordinates.SYSTEMS["half-difference"]
     theta_v, theta_l, phi, phi_v = system.directions(theta_h, theta_d, phi_d, phi_h)
@@ -73,7 +75,7 @@ def _cosines(x: Values) -> coordinates.Angles:
 
 
 def _cartesian(x: Values) -> coordinates.Angles:
-    """The vectors V, then L."""
+    """The components of the vector V, then those of L."""
     polar = [np.degrees(np.arctan2(np.hypot(v[0], v[1]), v[2])) for v in (x[:, :3].T, x[:, 3:].T)]
     azimuth = [np.degrees(np.arctan2(v[1], v[0])) for v in (x[:, :3].T, x[:, 3:].T)]
     return polar[1], polar[0], azimuth[0] - azimuth[1], azimuth[1]
@@ -94,8 +96,8 @@ PARAMETRISATIONS = {
 
 
 def impossible(name: str, x: Values) -> npt.NDArray[np.bool_]:
-    """Which rows of coordinates cannot be what the parametrisation says: vectors, cosines or angles in radians."""
-    with np.errstate(over="ignore"):  # beyond the largest number is impossible too
+    """Which rows cannot be unit vectors, cosines or angles in radians, whichever the parametrisation `name` has."""
+    with np.errstate(over="ignore"):  # an overflow is infinite, and impossible too
         if name == "CARTESIAN":
             lengths = [np.hypot(np.hypot(v[:, 0], v[:, 1]), v[:, 2]) for v in (x[:, :3], x[:, 3:])]
             most_wrong = np.abs(np.array(lengths) - 1).max(axis=0) / UNIT_LENGTH
@@ -106,13 +108,13 @@ def impossible(name: str, x: Values) -> npt.NDArray[np.bool_]:
 
 
 def angles(parametrisation: Parametrisation, x: Values) -> tuple[Values, Values, Values, Values]:
-    """theta_i, theta_r, phi and phi_i [deg] of rows of coordinates, rounded; polar angles are positive.
+    """theta_i, theta_r, phi and phi_i [deg] of rows of coordinates (n, size), rounded to DIGITS.
 
-    One beyond 90 deg is below the horizon.
+    Polar angles are not negative; one beyond 90 deg is below the horizon.
     """
-    found = np.broadcast_arrays(*parametrisation.directions(x))
-    theta_i, theta_r, phi, phi_i = (np.round(np.asarray(a, dtype=float), DIGITS) for a in found)
-    other_side = np.where(theta_i < 0, 180.0, 0.0)  # a negative polar angle lies on the other side of the normal
+    directions = np.broadcast_arrays(*parametrisation.directions(x))
+    theta_i, theta_r, phi, phi_i = (np.round(np.asarray(a, dtype=float), DIGITS) for a in directions)
+    other_side = np.where(theta_i < 0, 180.0, 0.0)  # of the normal, where a negative polar angle is
     phi, phi_i = phi + other_side + np.where(theta_r < 0, 180.0, 0.0), phi_i + other_side
     theta_i, theta_r = (_at_horizon(np.abs(a)) for a in (theta_i, theta_r))
     return theta_i, theta_r, _round_about(phi), _round_about(phi_i)

@@ -1,13 +1,14 @@
-"""Text files of ALTA; parametrisations.py has the coordinates in which they give directions.
+"""Text files of the BRDF library ALTA: a header of lines that start with `#`, then one pair of directions per row.
 
     #DIM 3 1
     #PARAM_IN  ISOTROPIC_TV_TL_DPHI
     #PARAM_OUT INV_STERADIAN
     0.5 0.7853981633974483 3.141592653589793 0.02
 
-A row has as many coordinates and values as DIM says; with `#VS 1` then the half width, with `#VS 2` the ends of an
-interval about the first value, kept as brdf_lower and brdf_upper. Angles are rounded to 1e-10 deg: a file written again
-is read as before.
+The layout is that of ALTA's own reader (data_storage.cpp). A row has as many coordinates and values as DIM states;
+PARAM_IN names the coordinates, parametrisations.py converts them. With `#VS 1` the half width of an interval about the
+first value follows, with `#VS 2` its two ends; they are kept as brdf_lower and brdf_upper. Angles are rounded to 1e-10
+deg, so that a file that is read, written and read again gives the same angles.
 """
 
 from collections.abc import Callable
@@ -20,22 +21,22 @@ import xarray as xr
 from gonio.door.rows import Rows
 from gonio.door.text import lines
 from gonio.files import FormatError
-from gonio.formats.alta.header import CHANNELS, WITH_COSINE, Header, header_of, recognises
+from gonio.formats.alta.header import CHANNELS, WITH_COSINE, AltaHeader, header_of, recognises
 from gonio.formats.alta.parametrisations import Parametrisation, angles, impossible
 from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history, flatten, make_scan, sets, unit
 
 Values = npt.NDArray[np.float64]
-Place = Callable[[int], str]  # where in the file a row is
+Place = Callable[[int], str]  # from a row to its place in the file
 
 BOUNDS = ("brdf_lower", "brdf_upper")
-GRAZING = 1e-9  # a value over a cosine below this says nothing: the direction is at the horizon
+GRAZING = 1e-9  # cosine; below it the direction is at the horizon, and a quotient by it is meaningless
 _HISTORY = "history: "
 
 
 def _read(path: Path) -> xr.Dataset:
     header, rest = header_of(path, lines(path))
-    interval = header.whole("VS", 0, 2, "0")
+    interval = header.whole_number("VS", 0, 2, "0")
     size, count = header.parametrisation.size, max(len(header.channels), 1)
     names = [f"coordinate {k + 1}" for k in range(size)] + [f"value {k + 1}" for k in range(count)]
     rows = Rows(path, names + ["half width"] * (interval == 1) + ["lower end", "upper end"] * (interval == 2))
@@ -48,15 +49,19 @@ def _read(path: Path) -> xr.Dataset:
     return scan_of(header, table, lambda k: f"line {where[k]}", where)
 
 
-def scan_of(header: Header, table: Values, place: Place, where: npt.NDArray[np.int64] | None) -> xr.Dataset:
-    """The Dataset of a file's rows, of which `where` are the lines."""
+def scan_of(header: AltaHeader, table: Values, place: Place, where: npt.NDArray[np.int64] | None) -> xr.Dataset:
+    """The scan of the rows (n, coordinates + values + interval) of a file of text or binary numbers.
+
+    `place` names a row in messages; `where` has the line of each row, None in a binary file. Raises FormatError for
+    directions that cannot be, and where every value is zero.
+    """
     size, count = header.dim
     parametrisation, channels, cosine = header.parametrisation, header.channels, header.text("PARAM_OUT") == WITH_COSINE
-    angular, kept = _directions(header, parametrisation, table[:, :size], place)
-    table, brdf = table[kept], table[kept, size : size + count].T.copy()
+    angular, above = _directions(header, parametrisation, table[:, :size], place)
+    table, brdf = table[above], table[above, size : size + count].T.copy()
     bounds = _bounds(header, table)
     history = [parametrisation.assumes] if parametrisation.assumes else []
-    if lost := int((~kept).sum()):
+    if lost := int((~above).sum()):
         history.append(f"left out {lost} rows whose directions lie below the horizon")
     if cosine:
         history.append(_without_cosine([brdf, *bounds.values()], angular[1]))
@@ -72,7 +77,7 @@ def scan_of(header: Header, table: Values, place: Place, where: npt.NDArray[np.i
         phi,
         phi_i=phi_i if parametrisation.turns else None,
         coordinates={"channel": np.repeat(channels, len(table))} if channels else {},
-        variables=variables | ({} if where is None else {"line": (np.tile(where[kept], count), "1")}),
+        variables=variables | ({} if where is None else {"line": (np.tile(where[above], count), "1")}),
         provenance="\n".join(r for r in header.remarks if not r.startswith(_HISTORY)),
         history="\n".join(r.removeprefix(_HISTORY) for r in header.remarks if r.startswith(_HISTORY)),
     )
@@ -82,26 +87,28 @@ def scan_of(header: Header, table: Values, place: Place, where: npt.NDArray[np.i
 
 
 def _directions(
-    header: Header, parametrisation: Parametrisation, x: Values, place: Place
+    header: AltaHeader, parametrisation: Parametrisation, x: Values, place: Place
 ) -> tuple[list[Values], npt.NDArray[np.bool_]]:
-    """theta_i, theta_r, phi and phi_i [deg] of the rows that are kept, and which those are."""
+    """theta_i, theta_r, phi and phi_i [deg] of the rows above the horizon, and the mask of these rows."""
     name = header.text("PARAM_IN")
     if (wrong := impossible(name, x)).any():
         row = int(wrong.argmax())
-        given = " ".join(f"{v:g}" for v in x[row])
-        raise FormatError(header.path, f"{given} is no {name}; ALTA's angles are in radians", place(row))
-    found = angles(parametrisation, x)
-    kept = (found[0] <= HORIZON) & (found[1] <= HORIZON)
-    if not kept.all() and not (parametrisation.dips and kept.any()):
-        row = int((~kept).argmax())
-        what = f"theta_i is {found[0][row]:g} and theta_r {found[1][row]:g} deg: a direction lies below the horizon"
-        raise FormatError(header.path, what, place(row))
-    return [a[kept] for a in found], kept
+        numbers = " ".join(f"{v:g}" for v in x[row])
+        raise FormatError(header.path, f"{numbers} is no {name}; ALTA's angles are in radians", place(row))
+    degrees = angles(parametrisation, x)
+    above = (degrees[0] <= HORIZON) & (degrees[1] <= HORIZON)
+    if not above.all() and not (parametrisation.dips and above.any()):
+        row = int((~above).argmax())
+        message = (
+            f"theta_i is {degrees[0][row]:g} and theta_r {degrees[1][row]:g} deg: a direction lies below the horizon"
+        )
+        raise FormatError(header.path, message, place(row))
+    return [a[above] for a in degrees], above
 
 
-def _bounds(header: Header, table: Values) -> dict[str, Values]:
-    """The ends of the interval about the first value of each row, none where the file has no intervals."""
-    kind, value = header.whole("VS", 0, 2, "0"), table[:, header.dim[0]]
+def _bounds(header: AltaHeader, table: Values) -> dict[str, Values]:
+    """The ends of the interval about the first value of each row; empty where the file has no intervals."""
+    kind, value = header.whole_number("VS", 0, 2, "0"), table[:, header.dim[0]]
     if kind == 0:
         return {}
     ends = (value - table[:, -1], value + table[:, -1]) if kind == 1 else (table[:, -2].copy(), table[:, -1].copy())
@@ -109,7 +116,7 @@ def _bounds(header: Header, table: Values) -> dict[str, Values]:
 
 
 def _without_cosine(values: list[Values], theta_r: Values) -> str:
-    """Divide by cos(theta_r) in place, and say so; values at the horizon become gaps."""
+    """Divide by cos(theta_r) in place; values at the horizon become gaps. Returns a line for the history."""
     cosine = np.cos(np.radians(theta_r))
     grazing = cosine < GRAZING
     for array in values:
@@ -119,7 +126,7 @@ def _without_cosine(values: list[Values], theta_r: Values) -> str:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """Raises ValueError for relative data, gaps, several sets, and channels without a common set of directions."""
+    """Write the scan. Raises ValueError for what `stored` refuses."""
     header, comments, table = stored(scan)
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"#{key} {value}\n" for key, value in header.items())
@@ -128,7 +135,10 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 
 def stored(scan: xr.Dataset) -> tuple[dict[str, str], list[str], Values]:
-    """The keys of the header, the comments, and the rows of a file."""
+    """The keys of the header, the comments, and the rows of a file.
+
+    Raises ValueError for relative data, gaps, several sets, and channels without a common list of directions.
+    """
     if unit(scan) != ABSOLUTE:
         raise ValueError("an ALTA file does not say that values are relative: calibrate the scan first")
     flat = flatten(scan)
@@ -147,7 +157,7 @@ def stored(scan: xr.Dataset) -> tuple[dict[str, str], list[str], Values]:
 
 
 def _parts(flat: xr.Dataset) -> tuple[str, list[xr.Dataset]]:
-    """The output parametrisation, and the scan of each of its values, all at the same directions."""
+    """The value of PARAM_OUT, and the scan of each channel, all at the same directions."""
     if sets(flat) != ("channel",):
         return "INV_STERADIAN", [flat]
     names = list(dict.fromkeys(flat["channel"].values.tolist()))
@@ -165,7 +175,7 @@ def _parts(flat: xr.Dataset) -> tuple[str, list[xr.Dataset]]:
 
 
 def _coordinates(part: xr.Dataset) -> tuple[str, Values]:
-    """The directions [rad] in a parametrisation that loses nothing: with the surface's turn where the scan has it."""
+    """A parametrisation without loss, by name, and the directions [rad] in it: four angles where the scan has phi_i."""
     degrees = {name: part[name].values.astype(float) for name in ("theta_i", "theta_r", "phi", "phi_i") if name in part}
     theta_l, theta_v, phi = (np.radians(degrees[name]) for name in ("theta_i", "theta_r", "phi"))
     if "phi_i" not in degrees:
@@ -175,7 +185,7 @@ def _coordinates(part: xr.Dataset) -> tuple[str, Values]:
 
 
 def _ends(parts: list[xr.Dataset]) -> list[Values]:
-    """The ends of the interval about the first value, none where the scan has none."""
+    """The ends of the interval about the first value; empty where the scan has none."""
     if not all(name in parts[0] for name in BOUNDS):
         return []
     if any(np.isfinite(part[name].values).any() for part in parts[1:] for name in BOUNDS):

@@ -1,4 +1,4 @@
-"""BiRD: JSON with metadata of the measurement beside the data."""
+"""The universal BRDF format of the project BiRD: JSON with metadata of the measurement beside the data."""
 
 from gonio.formats.bird.file import FORMAT as BIRD
 

@@ -1,4 +1,4 @@
-"""A scan as a BiRD document, valid by the format's schema."""
+"""Writing a scan as a BiRD document that is valid by the format's JSON schema (brdf_json_schema_v1.0.json)."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,10 @@ _REFLECTED = "wavelength_r"
 
 
 def write(scan: xr.Dataset, path: Path) -> None:
-    """One list a variable; ValueError for what the schema has no place for."""
+    """Write a scan: one list for each variable.
+
+    Raises ValueError for relative data, missing or negative values, and transmission, which the schema does not allow.
+    """
     flat = flatten(scan)
     if unit(flat) == RELATIVE:
         raise ValueError("the BiRD format holds BRDF in 1/sr only: calibrate the relative data first")
@@ -47,29 +50,31 @@ def _data(flat: xr.Dataset, values: np.ndarray) -> dict[str, Any]:
     if "uncertainty" in flat:
         stated = np.nan_to_num(flat["uncertainty"].values.astype(float), nan=0.0)  # 0: none is stated
         data["uBRDF"] = {"unit": "sr^-1", "values": stated.tolist()}
-    own = [n for n in flat.variables if n not in (*DIRECTIONS, "brdf", "uncertainty", "wavelength", _REFLECTED, "line")]
-    own = [str(n) for n in own if n != "polarisation" and flat[n].dims == ("direction",)]
-    if own:
-        data["adhoc_variables"] = {name: _adhoc(flat[name], name) for name in map(str, own)}
+    adhoc = [
+        n for n in flat.variables if n not in (*DIRECTIONS, "brdf", "uncertainty", "wavelength", _REFLECTED, "line")
+    ]
+    adhoc = [str(n) for n in adhoc if n != "polarisation" and flat[n].dims == ("direction",)]
+    if adhoc:
+        data["adhoc_variables"] = {name: _adhoc(flat[name], name) for name in map(str, adhoc)}
     return data
 
 
 def _angle(degrees: np.ndarray, polar: bool) -> dict[str, Any]:
-    """In degrees; the schema has no 90 deg, but it has 1.5707 rad."""
+    """The angles in degrees; in radians where one is 90 deg, which the schema excludes, while it allows 1.5707 rad."""
     if polar and np.any(degrees >= 90):
         return {"unit": "rad", "values": np.radians(np.minimum(degrees, 90.0)).tolist()}
     return {"unit": "°", "values": degrees.astype(float).tolist()}
 
 
 def _polarisation(states: list[str]) -> dict[str, Any]:
-    """The states as `s`, or `s>p` for those of both sides; ValueError for any other word."""
+    """The states of a scan: `s`, or `s>p` for incident and reflected light. Raises ValueError for any other word."""
     sides = [state.partition(">") for state in states]
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for name, words in (("polarization_i", [s[0] for s in sides]), ("polarization_r", [s[2] for s in sides])):
         if not any(words):
             continue
         if set(words) <= {"s", "p", "u"}:
-            found[name] = {"notation": "sp", "values": words}
+            entries[name] = {"notation": "sp", "values": words}
             continue
         try:
             vectors = [list(_POLARISED.get(word) or map(float, word.split())) for word in words]
@@ -79,15 +84,15 @@ def _polarisation(states: list[str]) -> dict[str, Any]:
             raise ValueError(
                 f"polarisation is {sorted(set(words))[0]!r}: the BiRD format knows s, p, u and Stokes vectors"
             )
-        found[name] = {"notation": "inStokes", "values": vectors}
-    return found
+        entries[name] = {"notation": "inStokes", "values": vectors}
+    return entries
 
 
 def _adhoc(variable: xr.DataArray, name: str) -> dict[str, Any]:
     is_number = variable.dtype.kind in "iufb"
     values = variable.values.astype(float) if is_number else variable.values.astype(str)
     if is_number and not np.isfinite(values).all():
-        raise ValueError(f"{name} has missing values, which JSON has no sign for: drop the variable or the rows")
+        raise ValueError(f"{name} has missing values, which JSON cannot store: drop the variable or the rows")
     units = str(variable.attrs.get("units", "1"))
     about = f"{name}, one of {', '.join(SETS)}" if name in SETS else f"{name}, a variable of gonio's Dataset"
     return {"description": about, "unit": units, "type": "number" if is_number else "string", "values": values.tolist()}

@@ -1,7 +1,10 @@
-"""The BiRD project's universal BRDF format: JSON, a list of values for each variable (EMPIR 16NRM08, schema v1.0).
+"""The universal BRDF format of the project BiRD (EMPIR 16NRM08): JSON with one list of values for each variable.
 
-Both directions are given by angle and azimuth about the normal, as Nicodemus defines the BRDF, so phi = phi_r - phi_i
-and the forward side is at 180 deg. `uBRDF` is the uncertainty, absolute or in percent of the BRDF.
+    {"metadata": {..}, "data": {"theta_i": {"unit": "deg", "values": [..]}, .., "BRDF": {"unit": "sr^-1", ..}}}
+
+The layout is the project's public JSON schema, version 1.0 (BRDF_JSON_schema in the repository BiRD_view). Both
+directions are given by polar angle and azimuth about the normal, as in Nicodemus's definition of the BRDF, so phi =
+phi_r - phi_i and the forward direction is at 180 deg. `uBRDF` is the uncertainty, absolute or in percent of the BRDF.
 """
 
 import math
@@ -26,7 +29,7 @@ _PERCENT = "%"
 _STOKES = {(1.0, 1.0, 0.0, 0.0): "s", (1.0, -1.0, 0.0, 0.0): "p", (1.0, 0.0, 0.0, 0.0): "u"}
 _KNOWN = {*_ANGLES, "BRDF", "uBRDF", "wavelength_i", "wavelength_r", "polarization_i", "polarization_r"}
 _ADHOC = "adhoc_variables"
-REFLECTED = "wavelength_r"  # variable: the wavelength of the reflected light where it is not that of the incident light
+REFLECTED = "wavelength_r"  # variable: wavelength of the reflected light where that of the incident light differs
 Array = npt.NDArray[np.float64]
 
 
@@ -58,7 +61,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _values(document: Document, *steps: str) -> list[Any]:
-    """The list at the names, as long as the BRDF's; FormatError with the line."""
+    """The list of values at these names. Raises FormatError with the line where it has not as many as the BRDF."""
     brdf = document.object("data", "BRDF").get("values")
     values = document.object(*steps).get("values")
     if not isinstance(values, list):
@@ -66,32 +69,32 @@ def _values(document: Document, *steps: str) -> list[Any]:
     if not values:
         raise document.wrong(f"{clip(steps[-1])} has an empty list of values", *steps, "values")
     if isinstance(brdf, list) and len(values) != len(brdf):
-        what = f"{clip(steps[-1])} has {len(values)} values, and the BRDF {len(brdf)}"
-        raise document.wrong(what, *steps, "values")
+        message = f"{clip(steps[-1])} has {len(values)} values, and the BRDF {len(brdf)}"
+        raise document.wrong(message, *steps, "values")
     return values
 
 
 def _numbers(document: Document, units: dict[str, float], *steps: str) -> Array:
-    """The finite numbers of a variable in the unit here; FormatError with the line of the first that is none."""
+    """The numbers of a variable in gonio's unit. Raises FormatError with the line of the first that is not finite."""
     values = _values(document, *steps)
     unit = document.object(*steps).get("unit")
     if not isinstance(unit, str) or unit not in units:
-        what = f"{clip(steps[-1])} has the unit {clip(str(unit))!r}, not {' or '.join(units)}"
-        raise document.wrong(what, *steps, "unit")
+        message = f"{clip(steps[-1])} has the unit {clip(str(unit))!r}, not {' or '.join(units)}"
+        raise document.wrong(message, *steps, "unit")
     _check_numbers(document, values, *steps)
-    found = np.array(values, dtype=float)
-    return found if units[unit] == 1.0 else _product(document, found, units[unit], *steps)
+    numbers = np.array(values, dtype=float)
+    return numbers if units[unit] == 1.0 else _product(document, numbers, units[unit], *steps)
 
 
 def _product(document: Document, values: Array, scale: float | Array, *steps: str) -> Array:
-    """Values in another unit; FormatError where that goes beyond every number."""
+    """Values times the scale of their unit. Raises FormatError where the product overflows."""
     with np.errstate(over="ignore"):
-        found = values * scale
-    if not np.isfinite(found).all():
+        product = values * scale
+    if not np.isfinite(product).all():
         raise document.wrong(
-            f"a value of {clip(steps[-1])} is too large", *steps, "values", int(np.isinf(found).argmax())
+            f"a value of {clip(steps[-1])} is too large", *steps, "values", int(np.isinf(product).argmax())
         )
-    return found
+    return product
 
 
 def _check_numbers(document: Document, values: list[Any], *steps: str) -> None:
@@ -103,59 +106,59 @@ def _check_numbers(document: Document, values: list[Any], *steps: str) -> None:
 
 
 def _angle(document: Document, name: str) -> Array:
-    found = _numbers(document, _DEGREES, "data", name)
+    degrees = _numbers(document, _DEGREES, "data", name)
     most = _ANGLES[name] + (1e-9 if name.startswith("theta") else 0.0)
-    outside = np.flatnonzero((found < 0) | (found > most))
+    outside = np.flatnonzero((degrees < 0) | (degrees > most))
     if len(outside):
-        what = f"{name} is {found[outside[0]]:g} deg, outside 0 to {_ANGLES[name]:g}"
-        raise document.wrong(what, "data", name, "values", int(outside[0]))
-    return np.minimum(found, _ANGLES[name])
+        message = f"{name} is {degrees[outside[0]]:g} deg, outside 0 to {_ANGLES[name]:g}"
+        raise document.wrong(message, "data", name, "values", int(outside[0]))
+    return np.minimum(degrees, _ANGLES[name])
 
 
 def _uncertainty(document: Document, brdf: Array) -> tuple[Array | None, list[str]]:
-    """The uncertainty of every value [1/sr] where the file states one, and what was done to it."""
+    """The uncertainty of every value [1/sr], None where the file states none, and lines for the history."""
     data = document.object("data")
     constant = data["BRDF"].get("uncertainty")
     steps: tuple[str, ...]
     if "uBRDF" in data:
         units = {**_BRDF, _PERCENT: 1.0}
-        found, steps = _numbers(document, units, "data", "uBRDF"), ("data", "uBRDF")
+        uncertainty, steps = _numbers(document, units, "data", "uBRDF"), ("data", "uBRDF")
         lines = ["took uBRDF and left out the constant uncertainty"] if constant is not None else []
     elif constant is not None:
         steps = ("data", "BRDF", "uncertainty")
         value = document.object(*steps).get("value")
         if type(value) is not float or not math.isfinite(value):
             raise document.wrong("the uncertainty of the BRDF has no finite value", *steps, "value")
-        found, lines = np.full(len(brdf), value), ["took the constant uncertainty for every value"]
+        uncertainty, lines = np.full(len(brdf), value), ["took the constant uncertainty for every value"]
     else:
         return None, []
-    if np.any(found < 0):
-        bad = int(np.argmax(found < 0))
+    if np.any(uncertainty < 0):
+        bad = int(np.argmax(uncertainty < 0))
         place = (*steps, "values", bad) if steps[-1] == "uBRDF" else (*steps, "value")
-        raise document.wrong(f"an uncertainty is {found[bad]:g}", *place)
+        raise document.wrong(f"an uncertainty is {uncertainty[bad]:g}", *place)
     unit = document.object(*steps).get("unit")
     if unit == _PERCENT:
-        return _product(document, found / 100, np.abs(brdf), *steps), [
+        return _product(document, uncertainty / 100, np.abs(brdf), *steps), [
             *lines,
             "took the uncertainty from percent of the BRDF",
         ]
     if unit not in _BRDF:
         raise document.wrong(f"the uncertainty has the unit {clip(str(unit))!r}", *steps, "unit")
-    return found, lines
+    return uncertainty, lines
 
 
 def _others(document: Document) -> tuple[dict[str, Any], dict[str, tuple[Any, str]], list[str]]:
-    """Coordinates of sets, further variables with units, and what was left out."""
+    """The coordinates of sets, further variables with their units, and lines for the history."""
     data = document.object("data")
     coordinates: dict[str, Any] = {}
     variables: dict[str, tuple[Any, str]] = {}
     lines: list[str] = []
-    named = [n for n in ("wavelength_i", "wavelength_r") if n in data]
-    waves = {n: _numbers(document, _NANOMETRES, "data", n) for n in named}
-    for wave, found in waves.items():
-        if np.any(found <= 0):
-            bad = int(np.argmax(found <= 0))
-            raise document.wrong(f"{wave} is {found[bad]:g}", "data", wave, "values", bad)
+    present = [n for n in ("wavelength_i", "wavelength_r") if n in data]
+    waves = {n: _numbers(document, _NANOMETRES, "data", n) for n in present}
+    for wave, nanometres in waves.items():
+        if np.any(nanometres <= 0):
+            bad = int(np.argmax(nanometres <= 0))
+            raise document.wrong(f"{wave} is {nanometres[bad]:g}", "data", wave, "values", bad)
     if "wavelength_i" in waves:
         coordinates["wavelength"] = waves["wavelength_i"]
     elif waves:
@@ -173,31 +176,31 @@ def _others(document: Document) -> tuple[dict[str, Any], dict[str, tuple[Any, st
 
 
 def _joined(incident: list[str] | None, reflected: list[str] | None) -> list[str]:
-    """`s` for light that comes in s, `s>p` for what of it leaves in p, `>p` where only that is known."""
+    """`s` for incident light in state s, `s>p` for its part that leaves in p, `>p` where only the latter is stated."""
     if reflected is None:
         return incident or []
     return [f"{i}>{r}" for i, r in zip(incident or [""] * len(reflected), reflected, strict=True)]
 
 
 def _polarisation(document: Document, name: str) -> list[str]:
-    """s, p, u, or the four Stokes parameters with blanks between."""
+    """Each state as s, p or u, or as its four Stokes parameters separated by blanks."""
     values = _values(document, "data", name)
     notation = document.object("data", name).get("notation")
-    found = []
+    states = []
     for n, value in enumerate(values):
         if notation == "sp" and value in ("s", "p", "u"):
-            found.append(value)
+            states.append(value)
         elif notation == "inStokes" and isinstance(value, list) and len(value) == 4:
             if any(type(v) is not float or abs(v) > 1 for v in value) or value[0] != 1:
                 raise document.wrong(
                     f"a Stokes vector of {name} is not 1 and three of -1 to 1", "data", name, "values", n
                 )
-            found.append(_STOKES.get(tuple(value)) or " ".join(f"{v:.17g}" for v in value))
+            states.append(_STOKES.get(tuple(value)) or " ".join(f"{v:.17g}" for v in value))
         else:
-            said = f"{name} is {clip(str(value))!r} in the notation {clip(str(notation))!r}"
-            what = f"{said}, not s, p, u or a Stokes vector"
-            raise document.wrong(what, "data", name, "values", n)
-    return found
+            stated = f"{name} is {clip(str(value))!r} in the notation {clip(str(notation))!r}"
+            message = f"{stated}, not s, p, u or a Stokes vector"
+            raise document.wrong(message, "data", name, "values", n)
+    return states
 
 
 def _adhoc(
@@ -207,33 +210,33 @@ def _adhoc(
     variables: dict[str, tuple[Any, str]],
     lines: list[str],
 ) -> None:
-    """One variable of the file's own: numbers and texts are kept, arrays of arrays are left out."""
+    """Read one adhoc variable: lists of numbers or of texts are kept, other lists are left out."""
     steps = ("data", _ADHOC, name)
     values = _values(document, *steps)
     unit = document.object(*steps).get("unit")
     text = unit if isinstance(unit, str) and unit else "1"
     if set(map(type, values)) == {str}:
-        found: Any = np.array(values, dtype=str)
+        array: Any = np.array(values, dtype=str)
     elif set(map(type, values)) == {float}:
         _check_numbers(document, values, *steps)
-        found = np.array(values, dtype=np.int8 if name == "mask" and set(values) <= {0.0, 1.0, 2.0, 3.0} else float)
+        array = np.array(values, dtype=np.int8 if name == "mask" and set(values) <= {0.0, 1.0, 2.0, 3.0} else float)
     else:
         lines.append(f"left out {clip(name)}, which is neither numbers nor texts")
         return
     if name in ("brdf", "uncertainty", "theta_i", "theta_r", "phi", "phi_i", "direction", *coordinates, *variables):
-        raise document.wrong(f"a variable of the file's own is called {clip(name)!r}, as another is: rename it", *steps)
+        raise document.wrong(f"an adhoc variable is called {clip(name)!r}, as another variable is: rename it", *steps)
     if name in SETS:
-        coordinates[name] = found
+        coordinates[name] = array
     else:
-        variables[name] = (found, ABSOLUTE if text in _BRDF else text)
+        variables[name] = (array, ABSOLUTE if text in _BRDF else text)
 
 
 def _recognises(head: bytes) -> bool:
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if not start.startswith(b"{") or b'"$schema"' in head:  # a schema names what a document has
+    if not start.startswith(b"{") or b'"$schema"' in head:  # a JSON schema has the same names as a document
         return False
-    named = b"brdf_json_schema" in head or b'"theta_i"' in head
-    return named or (b'"metadata"' in head and b'"BRDF"' in head)
+    is_named = b"brdf_json_schema" in head or b'"theta_i"' in head
+    return is_named or (b'"metadata"' in head and b'"BRDF"' in head)
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:

@@ -1,4 +1,8 @@
-"""What a BiRD file says beside its numbers: read as lines of provenance and kept whole, written again or made up."""
+"""The metadata of a BiRD file: sample, instrument, environment and so on, as the format's JSON schema lists them.
+
+They become lines of provenance, and are kept in full as an attribute of the scan, so that they can be written again. A
+scan from elsewhere gets metadata whose required entries say that they are unknown.
+"""
 
 import hashlib
 import json
@@ -11,26 +15,26 @@ import xarray as xr
 
 from gonio.door.json_text import Document
 
-METADATA = "bird_metadata"  # attribute: the metadata of the file as JSON
-_OWN = "gonio"  # section of ours: provenance and history
+METADATA = "bird_metadata"  # attribute of a scan: the metadata of the file as JSON
+_SECTION = "gonio"  # name of gonio's adhoc section, which holds provenance and history
 SCHEMA = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json"
 UNKNOWN = "unknown"
 _PLACE = dict.fromkeys(("country", "city", "street", "building_nr", "postal_code"), UNKNOWN)
 
 
 def attributes(document: Document) -> dict[str, str]:
-    """provenance, history, symmetry and the whole metadata of a file."""
+    """The attributes of a scan: provenance, history, symmetry, and the metadata of the file in full."""
     metadata = document.object("metadata")
     section = metadata.get("adhoc_section")
-    own = section.get(_OWN) if isinstance(section, dict) else None
-    own = own if isinstance(own, dict) else {}
-    kept = {k: v for k, v in metadata.items() if k != "adhoc_section" or v != {_OWN: own}}
-    found = {"provenance": own.get("provenance"), "history": own.get("history")}
-    attrs = {name: text if isinstance(text, str) else "" for name, text in found.items()}
-    if not isinstance(found["provenance"], str):
-        attrs["provenance"] = "\n".join(lines(kept))
-    if not own.get("made_up"):
-        attrs[METADATA] = json.dumps(kept, ensure_ascii=False)
+    gonio_section = section.get(_SECTION) if isinstance(section, dict) else None
+    gonio_section = gonio_section if isinstance(gonio_section, dict) else {}
+    original = {k: v for k, v in metadata.items() if k != "adhoc_section" or v != {_SECTION: gonio_section}}
+    texts = {"provenance": gonio_section.get("provenance"), "history": gonio_section.get("history")}
+    attrs = {name: text if isinstance(text, str) else "" for name, text in texts.items()}
+    if not isinstance(texts["provenance"], str):
+        attrs["provenance"] = "\n".join(lines(original))
+    if not gonio_section.get("made_up"):
+        attrs[METADATA] = json.dumps(original, ensure_ascii=False)
     sample = metadata.get("sample")
     symmetry = sample.get("properties_symmetry") if isinstance(sample, dict) else None
     if symmetry in ("isotropic", "anisotropic"):
@@ -39,7 +43,7 @@ def attributes(document: Document) -> dict[str, str]:
 
 
 def lines(metadata: Any) -> Iterator[str]:
-    """`sample.name: SRT1` for every value, in order, and without recursion."""
+    """A line such as `sample.name: SRT1` for every value, in the order of the file; found without recursion."""
     waiting: list[tuple[str, Any]] = [("", metadata)]
     while waiting:
         name, value = waiting.pop()
@@ -53,21 +57,23 @@ def lines(metadata: Any) -> Iterator[str]:
 
 
 def metadata(scan: xr.Dataset) -> dict[str, Any]:
-    """The metadata to write: those that the scan was read with, or ones that say what is not known."""
-    own = {name: str(scan.attrs[name]) for name in ("history", "provenance") if scan.attrs.get(name)}
+    """The metadata to write: those with which the scan was read, else defaults that say what is unknown."""
+    gonio_section = {name: str(scan.attrs[name]) for name in ("history", "provenance") if scan.attrs.get(name)}
     try:
-        kept = json.loads(scan.attrs[METADATA])
+        original = json.loads(scan.attrs[METADATA])
     except (KeyError, ValueError):
-        kept = None
-    if not isinstance(kept, dict):
-        return _made_up(scan, own | {"provenance": own.get("provenance", ""), "made_up": True})
-    section = kept.get("adhoc_section")
-    if own.get("provenance") == "\n".join(lines(kept)):
-        del own["provenance"]
-    return kept | {"adhoc_section": (section if isinstance(section, dict) else {}) | {_OWN: own}}
+        original = None
+    if not isinstance(original, dict):
+        return _default_metadata(
+            scan, gonio_section | {"provenance": gonio_section.get("provenance", ""), "made_up": True}
+        )
+    section = original.get("adhoc_section")
+    if gonio_section.get("provenance") == "\n".join(lines(original)):
+        del gonio_section["provenance"]
+    return original | {"adhoc_section": (section if isinstance(section, dict) else {}) | {_SECTION: gonio_section}}
 
 
-def _made_up(scan: xr.Dataset, own: dict[str, Any]) -> dict[str, Any]:
+def _default_metadata(scan: xr.Dataset, gonio_section: dict[str, Any]) -> dict[str, Any]:
     content = hashlib.sha256(scan["brdf"].values.tobytes()).hexdigest()
     symmetry = scan.attrs.get("symmetry")
     return {
@@ -81,7 +87,7 @@ def _made_up(scan: xr.Dataset, own: dict[str, Any]) -> dict[str, Any]:
             "email": "unknown@unknown.invalid",
             "contact_person": UNKNOWN,
         },
-        "description": own["provenance"].partition("\n")[0] or "BRDF written by gonio",
+        "description": gonio_section["provenance"].partition("\n")[0] or "BRDF written by gonio",
         "method": "simulation" if "simulated" in scan.attrs else "measurement",
         "instrumentation": "NA",
         "software": {"name": "gonio"},
@@ -95,5 +101,5 @@ def _made_up(scan: xr.Dataset, own: dict[str, Any]) -> dict[str, Any]:
         | ({"properties_symmetry": symmetry} if symmetry else {}),
         "environment": "NA",
         "comments": "The time is that of writing: the file that this was made of does not say when it was measured.",
-        "adhoc_section": {_OWN: own},
+        "adhoc_section": {_SECTION: gonio_section},
     }

@@ -1,4 +1,4 @@
-"""Integra (formerly Lightsource): diffuse and specular tables, of reflection and of transmission."""
+"""Text files of Integra (formerly Lightsource): diffuse and specular tables, of reflection and of transmission."""
 
 from gonio.formats.integra.scattering import FORMAT as DIFFUSE
 from gonio.formats.integra.scattering import TRANSMITTED as DIFFUSE_TRANSMISSION

@@ -1,4 +1,7 @@
-"""Hemispherical reflectance of tabulated lobes about the mirror direction."""
+"""Directional-hemispherical reflectance of lobes that are tabulated about the mirror direction.
+
+Relative Integra files state this reflectance for each lobe (kbdf); scattering.py scales the lobes to it.
+"""
 
 from dataclasses import dataclass
 
@@ -11,11 +14,11 @@ Values = npt.NDArray[np.float64]
 
 
 def lobe_reflectances(theta_i: Values, phi: Values, theta: Values, brdf: Values) -> Values:
-    """Reflectances (..) of lobes (.., phi, theta) whose last but two dimension is theta_i; 1 where a lobe is empty.
+    """Reflectances (.., theta_i) of lobes `brdf` (.., theta_i, phi, theta) [1/sr]; 1 where a lobe is zero everywhere.
 
-    Angles in degrees, theta from the mirror direction and phi about it, 0 towards the normal. The BRDF is linear
-    between nodes, nothing lies beyond the last theta, and NaN counts as 0. Raises ValueError where azimuths lie
-    neither all round nor between 0 and 180 deg (mirrored then), or theta has one node.
+    Angles are in degrees, theta from the mirror direction and phi about it, 0 towards the normal. The BRDF is linear
+    between nodes and 0 beyond the last theta; NaN counts as 0. Azimuths cover the circle, or run from 0 to 180 deg and
+    are mirrored. Raises ValueError for other azimuths, and where theta has one node.
     """
     rows, times = np.arange(len(phi)), 1.0
     if abs(phi[0]) < SAME and abs(phi[-1] - 180) < SAME:
@@ -35,15 +38,16 @@ def lobe_reflectances(theta_i: Values, phi: Values, theta: Values, brdf: Values)
         row = (1 - along.share) * row[..., along.before] + along.share * row[..., along.before + 1]
         cosine = np.cos(centre) * np.cos(along.middle) + np.sin(centre) * np.sin(along.middle) * np.cos(at)
         total += np.sum(row * np.maximum(cosine, 0.0) * np.sin(along.middle) * along.width, axis=-1) * width
-    found: Values = np.where(total > 0, times * total, 1.0)
-    return found
+    reflectance: Values = np.where(total > 0, times * total, 1.0)
+    return reflectance
 
 
 @dataclass(frozen=True)
 class _Cells:
-    """Steps of at most a degree between nodes: middles and widths [rad], the node before each, the share of the next.
+    """Cells of at most a degree between nodes: their middles and widths [rad], for the midpoint rule.
 
-    Sums over them are within 1e-4 of the integral.
+    `before` is the node before each cell and `share` the weight of the node after it, in linear interpolation. Sums
+    over the cells are within 1e-4 of the integral.
     """
 
     middle: Values
@@ -53,6 +57,7 @@ class _Cells:
 
     @classmethod
     def between(cls, nodes: Values) -> "_Cells":
+        """The cells between ascending nodes [deg]."""
         spans = np.diff(nodes)
         counts = np.ceil(spans).astype(int)
         before = np.repeat(np.arange(len(spans)), counts)

@@ -1,4 +1,4 @@
-"""Integra's diffuse reflectance (.ddr) and transmittance (.ddt): tables about the mirror direction.
+"""Diffuse reflectance (.ddr) and transmittance (.ddt) of Integra: tables about the mirror direction.
 
     ;; a comment
     TypeSym PlaneSymmetrical
@@ -17,12 +17,15 @@
      ..
      enddef
 
-sigma is theta_i, theta the angle from the mirror direction, phi the azimuth about it, from the side of the normal; psi
-of a 4D file is the azimuth of the incident light. A table runs over theta, then phi, sigma, psi. A luminance is pi
-times the BRDF, an intensity the BRDF times cos(theta_r), both divided by kbdf; where data are relative kbdf is the
-hemispherical reflectance instead. sigmat are the angles of the directions about which theta is counted where light is
-refracted. What AxiSymmetrical leaves out is filled in; DirSymmetrical fills in nothing, as its meaning is not public.
-Nothing in a file says whether light was reflected or went through: the suffix .ddt does, or a comment of gonio's.
+Integra's own description is not public; the grammar is that of libbsdf (DdrReader.cpp and DdrWriter.cpp).
+
+sigma is theta_i, theta the angle from the mirror direction, phi the azimuth about it, 0 towards the normal; psi of a 4D
+file is the azimuth of the incident light. In a table theta runs fastest, then phi, sigma and psi. A luminance is pi
+times the BRDF, an intensity is the BRDF times cos(theta_r); both are divided by kbdf. Where data are relative,
+kbdf is the directional-hemispherical reflectance instead. Where light is refracted, sigmat has the angles of the
+directions from which theta is measured. The azimuths that AxiSymmetrical leaves out are filled in; for DirSymmetrical
+nothing is filled in, as its meaning is not public. No keyword states reflection or transmission: the suffix .ddt means
+transmission, and so does a comment that gonio writes.
 """
 
 import functools
@@ -37,8 +40,8 @@ from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.formats.integra.lobe_reflectance import lobe_reflectances
 from gonio.formats.integra.text import (
-    Header,
-    Table,
+    ChannelTable,
+    IntegraHeader,
     colour_words,
     head_lines,
     keywords,
@@ -50,7 +53,7 @@ from gonio.formats.integra.text import (
     tables_of,
     transmission,
 )
-from gonio.formats.mirror_grid import mirror_grid, own_grid
+from gonio.formats.mirror_grid import existing_grid, mirror_grid
 from gonio.measured.coordinates import grid
 from gonio.measured.dataset import ABSOLUTE, HORIZON, RELATIVE, add_history, flatten, unit
 
@@ -58,13 +61,13 @@ Values = npt.NDArray[np.float64]
 
 AXES = {"theta_i": "sigma", "theta_s": "theta", "phi_s": "phi", "phi_i": "psi"}
 _FILE_ORDER = ("phi_i", "theta_i", "phi_s", "theta_s")
-_ROUND = np.array([0.0, 45.0, 90.0, 135.0, 180.0])  # azimuths that stand for all where a lobe has none
+_ROUND = np.array([0.0, 45.0, 90.0, 135.0, 180.0])  # deg; azimuths at which a lobe without azimuths is repeated
 _SYMMETRY = {
     "AxiSymmetrical": "plane-symmetrical",
     "PlaneSymmetrical": "plane-symmetrical",
     "ASymmetrical 4D": "anisotropic",
 }
-_GRAZING = 1e-6  # cosine; an intensity nearer to the horizon says no BRDF
+_GRAZING = 1e-6  # cosine; an intensity nearer to the horizon gives no BRDF
 
 
 def _read(path: Path) -> xr.Dataset:
@@ -86,8 +89,8 @@ def _read(path: Path) -> xr.Dataset:
     return _dataset(path, header, tables, directions, np.array(values))
 
 
-def _azimuths(header: Header) -> tuple[Values, npt.NDArray[np.intp]]:
-    """The azimuths [deg] of the scan, and the file's row for each: symmetries that a grid cannot say filled in."""
+def _azimuths(header: IntegraHeader) -> tuple[Values, npt.NDArray[np.intp]]:
+    """The azimuths [deg] of the scan, with those that a symmetry of the file leaves out, and a row for each."""
     phi = header.axes["phi"]
     rows = np.arange(len(phi))
     if header.symmetry == "AxiSymmetrical":
@@ -98,17 +101,17 @@ def _azimuths(header: Header) -> tuple[Values, npt.NDArray[np.intp]]:
     return phi, rows
 
 
-def _directions(header: Header, axes: dict[str, Values]) -> xr.Dataset:
-    """The coordinates of the file's nodes, about the refracted direction where the file has one."""
-    found = grid("specular", **axes)
+def _directions(header: IntegraHeader, axes: dict[str, Values]) -> xr.Dataset:
+    """The coordinates of the file's nodes; theta is about the refracted direction where the file has sigmat."""
+    nodes = grid("specular", **axes)
     if "sigmat" not in header.axes:
-        return found
+        return nodes
     centre = grid("specular", **(axes | {"theta_i": header.axes["sigmat"]}))
-    return found.assign_coords({n: (centre[n].dims, centre[n].values, centre[n].attrs) for n in ("theta_r", "phi")})
+    return nodes.assign_coords({n: (centre[n].dims, centre[n].values, centre[n].attrs) for n in ("theta_r", "phi")})
 
 
-def _brdf(path: Path, header: Header, table: Table, values: Values, directions: xr.Dataset) -> Values:
-    """The BRDF [sr-1] of one table on the grid's own axes; what is relative without kbdf stays as it is."""
+def _brdf(path: Path, header: IntegraHeader, table: ChannelTable, values: Values, directions: xr.Dataset) -> Values:
+    """The BRDF [1/sr] of one table, with the axes in the order of AXES; relative values without kbdf stay unchanged."""
     names = [n for n in _FILE_ORDER if n in directions.dims]
     cosine = np.cos(np.radians(directions["theta_r"].transpose(*names).values))
     scale = 1.0 if header.is_relative and table.factors is None else np.pi
@@ -119,21 +122,23 @@ def _brdf(path: Path, header: Header, table: Table, values: Values, directions: 
             factors = table.factors.reshape((*values.shape[:-2], 1, 1))
             values = values * (factors / _reflectances(path, header, table, values) if header.is_relative else factors)
     if not np.all(np.isfinite(values)):
-        raise FormatError(path, "kbdf and the table give values without bounds", f"line {table.line}")
+        raise FormatError(path, "kbdf and the table give values that are not finite", f"line {table.line}")
     return (values / scale).transpose([names.index(n) for n in AXES if n in names])
 
 
-def _reflectances(path: Path, header: Header, table: Table, luminance: Values) -> Values:
+def _reflectances(path: Path, header: IntegraHeader, table: ChannelTable, luminance: Values) -> Values:
     centre = header.axes.get("sigmat", header.axes["sigma"])
     phi = _azimuths(header)[0]
     try:
-        found = lobe_reflectances(centre, phi, header.axes["theta"], luminance / np.pi)
+        reflectances = lobe_reflectances(centre, phi, header.axes["theta"], luminance / np.pi)
     except ValueError as error:
         raise FormatError(path, f"kbdf of relative data needs a whole lobe: {error}", f"line {table.line}") from error
-    return found[..., None, None]
+    return reflectances[..., None, None]
 
 
-def _dataset(path: Path, header: Header, tables: list[Table], directions: xr.Dataset, values: Values) -> xr.Dataset:
+def _dataset(
+    path: Path, header: IntegraHeader, tables: list[ChannelTable], directions: xr.Dataset, values: Values
+) -> xr.Dataset:
     sets = sets_of(tables)
     values = values if sets else values[0]
     below = np.broadcast_to(directions["theta_r"].values > HORIZON, values.shape)
@@ -146,59 +151,59 @@ def _dataset(path: Path, header: Header, tables: list[Table], directions: xr.Dat
     scan.attrs = {"Conventions": "CF-1.11", "history": "", "provenance": header.provenance}
     if header.symmetry in _SYMMETRY:
         scan.attrs["symmetry"] = _SYMMETRY[header.symmetry]
-    whence = transmission(path, header)
-    if whence:
+    evidence = transmission(path, header)
+    if evidence:
         scan = scan.assign_coords(mode="transmission")
     if "sigmat" in header.axes:
         scan = flatten(scan)
-    said = _words(header, tables, whence)
+    history = _history(header, tables, evidence)
     if lost:
-        said.append(f"{lost} values below the horizon left out")
+        history.append(f"{lost} values below the horizon left out")
     grazing = np.cos(np.radians(directions["theta_r"].values)) <= _GRAZING
     if header.is_intensity and (unknown := int(np.count_nonzero(np.broadcast_to(grazing, below.shape) & ~below))):
-        said.append(f"{unknown} intensities at the horizon, which say nothing about the BRDF, read as 0")
+        history.append(f"{unknown} intensities at the horizon, which say nothing about the BRDF, read as 0")
     if not np.nan_to_num(scan["brdf"].values).any():
-        said.append("every value is zero")
-    return functools.reduce(add_history, said, scan).assign_attrs(_stored(header))
+        history.append("every value is zero")
+    return functools.reduce(add_history, history, scan).assign_attrs(_stored(header))
 
 
-def _stored(header: Header) -> dict[str, str]:
+def _stored(header: IntegraHeader) -> dict[str, str]:
     return {"stored": "intensity: BRDF x cos(theta_r)"} if header.is_intensity else {}
 
 
-def _words(header: Header, tables: list[Table], whence: str) -> list[str]:
-    """What was done to the file's values and what was not, a line each."""
+def _history(header: IntegraHeader, tables: list[ChannelTable], evidence: str) -> list[str]:
+    """Lines for the history: what was done to the values of the file."""
     factors = [t.factors for t in tables if t.factors is not None]
-    said = []
+    history = []
     if header.is_intensity:
-        said.append("cos(theta_r) divided out of the intensities")
+        history.append("cos(theta_r) divided out of the intensities")
     if header.is_relative and factors:
-        said.append("each lobe scaled to the hemispherical reflectance that the file states as kbdf")
+        history.append("each lobe scaled to the hemispherical reflectance that the file states as kbdf")
     elif any(np.any(f != 1) for f in factors):
-        said.append("multiplied by the factors kbdf")
+        history.append("multiplied by the factors kbdf")
     if header.symmetry == "AxiSymmetrical":
-        said.append("AxiSymmetrical: the file's one azimuth stands for all about the mirror direction")
+        history.append("AxiSymmetrical: the file's one azimuth stands for all about the mirror direction")
     if header.symmetry == "DirSymmetrical":
-        said.append("DirSymmetrical: azimuths as they stand in the file, none filled in")
+        history.append("DirSymmetrical: azimuths as they stand in the file, none filled in")
     if "sigmat" in header.axes:
-        said.append("angles of the file counted from the refracted direction, sigmat")
-    if whence:
-        said.append(f"light that went through, {whence}")
-    return said
+        history.append("angles of the file counted from the refracted direction, sigmat")
+    if evidence:
+        history.append(f"transmission, {evidence}")
+    return history
 
 
 def _layout(scan: xr.Dataset) -> xr.Dataset:
-    found = own_grid(scan, "specular")
-    return mirror_grid(scan) if found is None else found
+    existing = existing_grid(scan, "specular")
+    return mirror_grid(scan) if existing is None else existing
 
 
 def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
-    if own_grid(scan, "specular") is None:
+    if existing_grid(scan, "specular") is None:
         raise ValueError("an Integra file has a grid about the mirror direction, and the scan has none: gonio.convert")
     modes = set(np.atleast_1d(scan["mode"].values).tolist()) if "mode" in scan.coords else set()
     if modes and modes != {"transmission" if is_transmitted else "reflection"}:
         raise ValueError(
-            f"light of {' and '.join(sorted(modes))} in one file: .ddr is for reflection, .ddt for the other"
+            f"the scan has {' and '.join(sorted(modes))}: .ddr is for reflection alone, .ddt for transmission alone"
         )
     names, tables = tables_of(scan, tuple(n for n in _FILE_ORDER if n in scan["brdf"].dims))
     colours, keys = colour_words(names)
@@ -229,7 +234,7 @@ def _symmetry(axes: dict[str, Values]) -> str:
 
 
 def _luminance(brdf: Values) -> Values:
-    """Pi times the BRDF, moved by the last digit where the BRDF then comes back as it was."""
+    """Pi times the BRDF; the neighbouring float where only that, divided by pi, gives the BRDF exactly."""
     product = brdf * np.pi
     for near in (np.nextafter(product, -np.inf), np.nextafter(product, np.inf)):
         product = np.where((product / np.pi != brdf) & (near / np.pi == brdf), near, product)
@@ -237,9 +242,9 @@ def _luminance(brdf: Values) -> Values:
 
 
 def _recognises(is_marked: bool, head: bytes) -> bool:
-    found = keywords(head)
-    is_diffuse = "typecolormodel" in found.words and bool(found.words & {"typesym", "theta", "phi"})
-    return is_diffuse and found.is_marked == is_marked
+    first_words = keywords(head)
+    is_diffuse = "typecolormodel" in first_words.words and bool(first_words.words & {"typesym", "theta", "phi"})
+    return is_diffuse and first_words.is_marked == is_marked
 
 
 def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:

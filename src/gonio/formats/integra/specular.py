@@ -1,4 +1,4 @@
-"""Integra's specular reflectance (.sdr) and transmittance (.sdt): one number an incidence angle and channel.
+"""Specular reflectance (.sdr) and transmittance (.sdt) of Integra: one number per incidence angle and channel.
 
     TypeColorModel RGB
     sigma 2
@@ -10,10 +10,12 @@
     green
      ..
 
-What a mirror reflects is a Dirac lobe: it has no BRDF in 1/sr, and no energy follows from it as from one. So the scan
-has one direction an incidence angle, the mirror direction, in a.u.; `quantity` says what the numbers are, and only such
-scans are written. Nothing in a file says whether light was reflected or went through: the suffix .sdt does, or a
-comment of gonio's.
+Integra's own description is not public; the grammar is that of libbsdf (SdrReader.cpp).
+
+A specular reflectance is the weight of a Dirac lobe, not a BRDF in 1/sr. So the scan has one direction per incidence
+angle, the mirror direction, with values in a.u.; its attribute `quantity` states what the numbers are, and only such
+scans are written. No keyword states reflection or transmission: the suffix .sdt means transmission, and so does a
+comment that gonio writes.
 """
 
 import functools
@@ -48,9 +50,9 @@ def _read(path: Path) -> xr.Dataset:
         if np.any(table.values < 0):
             raise FormatError(path, f"a reflectance is {table.values.min():g}, below zero", f"line {table.line}")
     values = np.array([t.values for t in tables])
-    whence = transmission(path, header)
-    scan = specular_scan(theta_i, values, sets_of(tables), bool(whence), header.provenance)
-    return add_history(scan, f"light that went through, {whence}") if whence else scan
+    evidence = transmission(path, header)
+    scan = specular_scan(theta_i, values, sets_of(tables), bool(evidence), header.provenance)
+    return add_history(scan, f"transmission, {evidence}") if evidence else scan
 
 
 def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
@@ -65,9 +67,9 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
     if len(along) > 1 or not set(along) <= {"wavelength", "channel"}:
         raise ValueError(f"an Integra file has sets along wavelength or channel, not {' and '.join(along)}")
     name = next((n for n in ("wavelength", "channel") if n in flat.coords), "")
-    each = np.broadcast_to(flat[name].values if name else "", flat.sizes["direction"])
-    names = list(dict.fromkeys(each.tolist()))
-    parts = [flat.isel(direction=np.flatnonzero(each == n)) for n in names]
+    labels = np.broadcast_to(flat[name].values if name else "", flat.sizes["direction"])
+    names = list(dict.fromkeys(labels.tolist()))
+    parts = [flat.isel(direction=np.flatnonzero(labels == n)) for n in names]
     theta_i = parts[0]["theta_i"].values
     if any(not np.array_equal(p["theta_i"].values, theta_i) for p in parts) or np.any(np.diff(theta_i) <= 0):
         raise ValueError("the incidence angles do not ascend, or differ from channel to channel")
@@ -82,9 +84,13 @@ def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
 
 
 def _recognises(is_marked: bool, head: bytes) -> bool:
-    found = keywords(head)
-    is_specular = {"typecolormodel", "sigma"} <= found.words and not found.words & {"typesym", "theta", "phi"}
-    return is_specular and found.is_marked == is_marked
+    first_words = keywords(head)
+    is_specular = {"typecolormodel", "sigma"} <= first_words.words and not first_words.words & {
+        "typesym",
+        "theta",
+        "phi",
+    }
+    return is_specular and first_words.is_marked == is_marked
 
 
 def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:

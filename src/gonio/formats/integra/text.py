@@ -1,6 +1,7 @@
-"""What the four kinds of Integra's text files share: `;;` comments, keywords in any case, a table a channel.
+"""The grammar that the four kinds of Integra's text files share: `;;` comments, keywords, one table per channel.
 
-The grammar is that of the public reader libbsdf; Integra's own description is not public.
+Keywords are in any case. The grammar is that of the public reader libbsdf (DdrReader.cpp, SdrReader.cpp); Integra's own
+description is not public.
 """
 
 import functools
@@ -20,8 +21,8 @@ from gonio.measured.dataset import HORIZON
 Values = npt.NDArray[np.float64]
 
 COMMENT = ";;"
-TRANSMITTED = "transmission: no keyword says so"  # comment in the files that gonio writes of light that went through
-LONGEST_LINE = 1_000_000  # bytes; some programs write a lobe, or all factors, on one line
+TRANSMITTED = "transmission: no keyword says so"  # the comment by which gonio marks files of transmission
+LONGEST_LINE = 1_000_000  # bytes; some programs write a lobe or all factors kbdf on one line
 SYMMETRIES = ("AxiSymmetrical", "DirSymmetrical", "PlaneSymmetrical", "ASymmetrical")
 RANGES = {"psi": 360.0, "sigma": 90.0, "sigmat": 90.0, "phi": 360.0, "theta": 180.0}  # deg, from 0
 CHANNELS = {"bw": "", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B"}
@@ -29,12 +30,16 @@ _FIRST = ("source", "typesym", "typecolormodel", "typedata", "sigma", "psi")
 _TABLE = (*CHANNELS, "wl")
 _COLOURS = {"bw": 1, "rgb": 3}
 _SOURCES = ("Measured", "Generated", "Edited", "Morphed")
-_USUAL = "Source Measured"  # what is written where nothing says otherwise, hence nothing to remember
+_USUAL = "Source Measured"  # the default of the writer, which is not kept as provenance
 
 
 @dataclass
-class Header:
-    """What stands before the first table: axes [deg] by their keyword, and how values are meant."""
+class IntegraHeader:
+    """The entries before the first table.
+
+    `axes` [deg] by keyword; `tables` is the number of tables that the colour model needs; `is_marked`: a comment states
+    transmission; `notes` are the remarks and unknown entries, kept as provenance.
+    """
 
     axes: dict[str, Values] = field(default_factory=dict)
     symmetry: str = ""
@@ -47,12 +52,13 @@ class Header:
 
     @property
     def provenance(self) -> str:
+        """The notes, one a line."""
         return "\n".join(self.notes)
 
 
 @dataclass(frozen=True)
-class Table:
-    """The values of one channel as they stand in the file, and the line where they begin."""
+class ChannelTable:
+    """The table of one channel: its stored values, its factors kbdf where it has some, and the line where it begins."""
 
     name: str
     wavelength: float | None
@@ -61,37 +67,38 @@ class Table:
     line: int
 
 
-class Keywords(NamedTuple):
-    """The keywords, in lower case, that start lines; whether a comment says that the light went through."""
+class FirstWords(NamedTuple):
+    """The first words of lines, in lower case, and whether a comment states transmission."""
 
     words: frozenset[str]
     is_marked: bool
 
 
-@functools.lru_cache(maxsize=1)  # four formats ask the same of every file
-def keywords(head: bytes) -> Keywords:
-    """What stands at the start of lines of these first bytes; no words where the file is none of Integra's."""
+@functools.lru_cache(maxsize=1)  # four formats ask this of every file
+def keywords(head: bytes) -> FirstWords:
+    """The first words of the lines in the first bytes of a file; no words where the file is not one of Integra's."""
     if b"type" not in head.lower():
-        return Keywords(frozenset(), False)
+        return FirstWords(frozenset(), False)
     text = re.sub(r"\r\n?", "\n", head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace"))
     rows = [row.split(None, 1)[0].lower() for row in text.split("\n") if row.partition(COMMENT)[0].strip()]
     known = bool(rows) and rows[0] in _FIRST
-    return Keywords(frozenset(rows) if known else frozenset(), f"{COMMENT} {TRANSMITTED}" in text)
+    return FirstWords(frozenset(rows) if known else frozenset(), f"{COMMENT} {TRANSMITTED}" in text)
 
 
 def open_words(path: Path) -> Words:
+    """A cursor over the words of a file."""
     return Words(path, lines(path, longest=LONGEST_LINE), comment=COMMENT)
 
 
-def read_header(words: Words) -> Header:
-    """The entries up to the first table; FormatError for values that no such file can have."""
-    header = Header()
+def read_header(words: Words) -> IntegraHeader:
+    """Read the entries before the first table. Raises FormatError for what this grammar does not allow."""
+    header = IntegraHeader()
     notes = []
     while (key := words.peek().lower()) not in _TABLE:
         word = words.word("a keyword of the header or a table")
         if key in RANGES:
             if key in header.axes:
-                raise words.wrong(f"{key} is there twice")
+                raise words.wrong(f"{key} occurs twice")
             header.axes[key] = _axis(words, key, header)
         elif key == "source":
             notes.append(f"Source {words.keyword(*_SOURCES)}")
@@ -118,8 +125,8 @@ def read_header(words: Words) -> Header:
     return header
 
 
-def _axis(words: Words, key: str, header: Header) -> Values:
-    """The angles [deg] of one axis, ascending, within its range."""
+def _axis(words: Words, key: str, header: IntegraHeader) -> Values:
+    """The angles [deg] of one axis, ascending (except sigmat) and within its range."""
     if key == "sigmat":
         if "sigma" not in header.axes:
             raise words.wrong("sigmat before sigma: it has one angle for each angle of sigma")
@@ -135,11 +142,14 @@ def _axis(words: Words, key: str, header: Header) -> Values:
     return angles
 
 
-def read_tables(words: Words, header: Header, each: int, factors: int) -> list[Table]:
-    """One table of `each` values a channel, with its `factors` kbdf where there are some; FormatError with the line."""
-    if header.tables * each > MOST_VALUES:
-        raise words.wrong(f"the header promises {header.tables * each} values, more than {MOST_VALUES}")
-    tables = [_table(words, header, each, factors) for _ in range(header.tables)]
+def read_tables(words: Words, header: IntegraHeader, size: int, factors: int) -> list[ChannelTable]:
+    """One table of `size` values for each channel, in the order R, G, B; up to the end of the file.
+
+    A table may have the number of `factors` kbdf before its values. Raises FormatError with the line.
+    """
+    if header.tables * size > MOST_VALUES:
+        raise words.wrong(f"the header promises {header.tables * size} values, more than {MOST_VALUES}")
+    tables = [_table(words, header, size, factors) for _ in range(header.tables)]
     if rest := words.peek():
         raise words.wrong(f"{clip(rest)!r} after the last table")
     wavelengths = [t.wavelength for t in tables if t.wavelength is not None]
@@ -155,7 +165,7 @@ def read_tables(words: Words, header: Header, each: int, factors: int) -> list[T
     return sorted(tables, key=lambda t: "RGB".find(t.name))
 
 
-def _table(words: Words, header: Header, each: int, most_factors: int) -> Table:
+def _table(words: Words, header: IntegraHeader, size: int, most_factors: int) -> ChannelTable:
     name = words.keyword(*_TABLE)
     if name != _expected(header, name):
         raise words.wrong(f"a table {name!r} in a file whose TypeColorModel is {header.colours}")
@@ -171,34 +181,34 @@ def _table(words: Words, header: Header, each: int, most_factors: int) -> Table:
     words.keyword("def")
     words.peek()
     line = words.line
-    values = words.table(each, f"the table {name}")
+    values = words.table(size, f"the table {name}")
     if words.peek().lower() == "enddef":
         words.word("enddef")
-    return Table(CHANNELS.get(name, ""), wavelength, factors, values, line)
+    return ChannelTable(CHANNELS.get(name, ""), wavelength, factors, values, line)
 
 
-def _expected(header: Header, name: str) -> str:
-    """The name itself where a table of this name is one of the colour model, else nothing."""
+def _expected(header: IntegraHeader, name: str) -> str:
+    """The name itself where the colour model has a table of this name, else an empty text."""
     allowed = {"bw": ("bw",), "spectral": ("wl",)}.get(header.colours, ("red", "gre", "green", "blu", "blue"))
     return name if name in allowed else ""
 
 
-def sets_of(tables: list[Table]) -> dict[str, npt.NDArray]:
-    """The coordinate along which the tables lie: wavelength [nm], channel, or none."""
+def sets_of(tables: list[ChannelTable]) -> dict[str, npt.NDArray]:
+    """The coordinate that distinguishes the tables: wavelength [nm], channel, or none."""
     if tables[0].wavelength is not None:
         return {"wavelength": np.array([t.wavelength for t in tables], dtype=float)}
     return {"channel": np.array([t.name for t in tables])} if tables[0].name else {}
 
 
-def transmission(path: Path, header: Header) -> str:
-    """Whence it is known that the light went through: a comment, the name's suffix; empty where it was reflected."""
+def transmission(path: Path, header: IntegraHeader) -> str:
+    """The evidence for transmission, for the history: a comment or the suffix of the name; empty for reflection."""
     if header.is_marked:
         return "by a comment in the file"
     return f"by the name's suffix {path.suffix}" if path.suffix.lower() in (".ddt", ".sdt") else ""
 
 
 def head_lines(provenance: str, is_transmitted: bool) -> list[str]:
-    """The comments and the source of a file to write."""
+    """The first lines of a file to write: comments and Source."""
     notes = remark_lines(provenance)
     sources = [n for n in notes if n in {f"Source {s}" for s in _SOURCES}]
     comments = [f"{COMMENT} {n}" for n in notes if n not in sources]
@@ -206,9 +216,9 @@ def head_lines(provenance: str, is_transmitted: bool) -> list[str]:
 
 
 def tables_of(scan: xr.Dataset, order: tuple[str, ...]) -> tuple[list[Any], list[Values]]:
-    """The name of each set of a scan, channel or wavelength, and its values with the axes in `order`; 0 in gaps.
+    """The name of each set of a scan (channel or wavelength), and its values with the axes in `order`; gaps are 0.
 
-    Raises ValueError for gaps above the horizon, and for sets of another kind.
+    Raises ValueError for gaps above the horizon, and for sets along other coordinates.
     """
     brdf = scan["brdf"]
     along = [str(d) for d in brdf.dims if d not in order]
@@ -225,7 +235,7 @@ def tables_of(scan: xr.Dataset, order: tuple[str, ...]) -> tuple[list[Any], list
 
 
 def colour_words(names: list[Any]) -> tuple[str, list[str]]:
-    """The TypeColorModel of these sets and the word of each table; ValueError for channels that no file can name."""
+    """TypeColorModel for these sets and the keyword of each table. Raises ValueError for channels without a keyword."""
     if isinstance(names[0], float | int):
         return f"spectral {len(names)}", [f"wl {float(w)!r}" for w in names]
     if names == [""]:
@@ -239,5 +249,5 @@ def colour_words(names: list[Any]) -> tuple[str, list[str]]:
 
 
 def row_of(values: Values) -> str:
-    """Numbers with every digit that they need."""
+    """Numbers as text, each with every digit that it needs to be read back unchanged."""
     return " ".join(map(repr, values.tolist()))

@@ -1,4 +1,7 @@
-"""gonio's own Dataset as a NetCDF file."""
+"""gonio's own Dataset as a NetCDF file, with the names and units that docs/conventions.md lists.
+
+Files are written in the classic format with 64-bit offsets. Files of NetCDF-4 are read where h5netcdf is installed.
+"""
 
 from pathlib import Path
 
@@ -18,11 +21,15 @@ _AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
 def _read(path: Path) -> xr.Dataset:
     scan, places = netcdf.read(path)
     if netcdf.CONTENT in scan.attrs:
-        what = f"holds a {clip(str(scan.attrs[netcdf.CONTENT]))}, and no scan: gonio check reads it, and Solution.load"
-        raise FormatError(path, what, "byte 0")
+        message = (
+            f"holds a {clip(str(scan.attrs[netcdf.CONTENT]))}, and no scan: gonio check reads it, and Solution.load"
+        )
+        raise FormatError(path, message, "byte 0")
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
-        what = f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
-        raise FormatError(path, what, "byte 0")
+        message = f"has no {', '.join(missing)}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
+        raise FormatError(path, message, "byte 0")
+    # Which variables are coordinates is an attribute, which a file may lack; what they are follows from their names.
+    scan = scan.set_coords([name for name in (*DIRECTIONS, *SETS) if name in scan.variables])
     for name in SETS:
         if name in scan.variables and scan[name].dtype.kind in "OS":
             scan[name] = netcdf.text(path, scan[name], places)
@@ -31,10 +38,10 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> None:
-    """FormatError at the variable that no scan can have: a place is the byte where its values begin."""
+    """Raise FormatError for the first invalid variable of a scan; `places` has the byte where its values begin."""
 
-    def refuse(name: str, what: str) -> None:
-        raise FormatError(path, f"{name} {what}", f"byte {places.get(name, 0)}")
+    def refuse(name: str, problem: str) -> None:
+        raise FormatError(path, f"{name} {problem}", f"byte {places.get(name, 0)}")
 
     brdf = scan["brdf"]
     for name in (n for n in ("brdf", *DIRECTIONS, "uncertainty", "wavelength") if n in scan.variables):
@@ -42,14 +49,14 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
             refuse(name, "is no number at each direction")
         if np.isinf(scan[name].values).any():
             refuse(name, "is infinite")
-    if str(brdf.attrs.get("units")) not in (ABSOLUTE, RELATIVE):  # a damaged attribute may be an array
+    if str(brdf.attrs.get("units")) not in (ABSOLUTE, RELATIVE):  # str: a damaged attribute may be an array
         refuse("brdf", f"has the unit {clip(str(brdf.attrs.get('units')))!r}: it needs sr-1, or a.u. for relative data")
     finite = np.isfinite(brdf.values)
     if not brdf.values[finite].any():
         refuse("brdf", "is zero everywhere, or missing")
     for name in (n for n in DIRECTIONS if n in scan.variables):
         low, high = (0.0, HORIZON) if name.startswith("theta") else (-np.inf, np.inf)
-        good = (scan[name] >= low) & (scan[name] <= high)  # false where it is NaN
+        good = (scan[name] >= low) & (scan[name] <= high)  # False where it is NaN
         if not good.values.all() and not good.broadcast_like(brdf).transpose(*brdf.dims).values[finite].all():
             refuse(name, f"is missing or outside {low:g} to {high:g} deg where brdf has a value")
     for name in (n for n in brdf.dims if n in _AXES and n in scan.variables):
@@ -62,8 +69,8 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    kept = scan.drop_vars("line", errors="ignore")
-    kept.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    stored = scan.drop_vars("line", errors="ignore")
+    stored.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
 
 FORMAT = Format(

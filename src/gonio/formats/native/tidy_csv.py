@@ -1,11 +1,11 @@
-"""Tidy columns: one geometry a row, a unit in every column's name, `#` lines first.
+"""gonio's tidy CSV: one geometry per row, a unit in the name of every column that has one, `#` lines first.
 
     # material: aluminium
     theta_i_deg,theta_r_deg,wavelength_nm,brdf_sr-1,uncertainty_sr-1
     30,-80,633,0.0241,0.0003
 
-theta_r is signed (positive forward) unless there is a column phi_deg. `brdf_a.u.` marks relative data. `std_` is read
-as `uncertainty_`. Any other column is kept beside the ones that gonio knows.
+docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column phi_deg.
+`brdf_a.u.` marks relative data. `std_` is read as `uncertainty_`. Any other column is kept as a further variable.
 """
 
 import csv
@@ -23,8 +23,8 @@ from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
 from gonio.units import CF_STRINGS, UNITS
 
-MOST_BAD_ROWS = 1_000  # after so many the file is no scan
-MOST_MASK = 127  # fits one byte
+MOST_BAD_ROWS = 1_000  # after so many the file is not read further
+MOST_MASK = 127  # the largest number of a signed byte
 QUANTITIES = {
     "theta_i": ("angle",),
     "theta_r": ("angle",),
@@ -43,21 +43,24 @@ _HISTORY = "history: "
 
 @dataclass(frozen=True)
 class Column:
-    """One column of the header: the quantity that it holds and its unit (empty for a name, a flag or a stranger)."""
+    """One column of the header: its quantity and its unit, which is empty for names, flags and unknown columns."""
 
     name: str
     unit: str
 
     @property
     def scale(self) -> float:
+        """The factor from the unit of the column to gonio's."""
         return UNITS[self.unit].size if self.unit else 1.0
 
     @property
     def cf_unit(self) -> str:
+        """The unit that the variable gets, in the spelling of the CF conventions."""
         return CF_STRINGS[UNITS[self.unit].quantity] if self.unit else "1"
 
     @property
     def is_number(self) -> bool:
+        """Whether every cell must be a number; other columns may hold texts."""
         return self.name in QUANTITIES or self.name == "mask"
 
 
@@ -77,8 +80,8 @@ def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], i
             comments.append(line[1:].removeprefix(" "))
         elif line.strip():
             return comments, number, [cell.strip() for cell in next(csv.reader([line]))]
-    what = f"holds no header: the first line after the # lines must be like {_EXAMPLE}"
-    raise FormatError(path, what, f"line {last}")
+    message = f"holds no header: the first line after the # lines must be like {_EXAMPLE}"
+    raise FormatError(path, message, f"line {last}")
 
 
 def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
@@ -86,11 +89,11 @@ def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
     columns = [_column(path, where, cell) for cell in header]
     names = [column.name for column in columns]
     if missing := [name for name in REQUIRED if name not in names]:
-        what = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
+        message = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
         semicolons = "; separate columns by commas, not semicolons" if ";" in "".join(header) else ""
-        raise FormatError(path, f"{what}: name the columns like {_EXAMPLE}{semicolons}", where)
+        raise FormatError(path, f"{message}: name the columns like {_EXAMPLE}{semicolons}", where)
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise FormatError(path, f"the column {clip(twice[0])} is there twice: keep one", where)
+        raise FormatError(path, f"the column {clip(twice[0])} occurs twice: keep one", where)
     relative = {c.name for c in columns if c.unit == "a.u."}
     absolute = {c.name for c in columns if c.unit == "sr-1"} & {"brdf", "uncertainty", "uncertainty_systematic"}
     if relative and absolute:
@@ -122,7 +125,7 @@ def _column(path: Path, where: str, cell: str) -> Column:
 def _rows(
     path: Path, header_line: int, source: Iterator[tuple[int, str]], columns: list[Column]
 ) -> tuple[list[list[float | str]], list[int]]:
-    """The cells by column and the line of each row; every bad row is listed in one FormatError."""
+    """The cells by column, and the line of each row. Raises one FormatError that lists the bad rows."""
     cells: list[list[float | str]] = [[] for _ in columns]
     rows: list[int] = []
     bad: list[tuple[int, str]] = []
@@ -140,14 +143,14 @@ def _rows(
         for store, value in zip(cells, values, strict=True):
             store.append(value)
     if bad:
-        raise FormatError(path, _listed(bad) + "; mend or delete these rows", f"line {bad[0][0]}")
+        raise FormatError(path, _listed(bad) + "; correct or delete these rows", f"line {bad[0][0]}")
     if not rows:
         raise FormatError(path, "holds a header and no rows", f"line {header_line}")
     return cells, rows
 
 
 def _cells(row: list[str], columns: list[Column], signed: bool) -> tuple[list[float | str], str]:
-    """One row as values, or what is wrong with it."""
+    """The values of one row, and a message where something is wrong with it."""
     if len(row) != len(columns):
         return [], f"{len(row)} cells where the header has {len(columns)}"
     values: list[float | str] = []
@@ -163,7 +166,7 @@ def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
     if not column.is_number:
         return text, ""
     try:
-        if "_" in text:  # Python's own 1_000 is no number of an instrument
+        if "_" in text:  # float accepts 1_000, which no instrument writes
             raise ValueError
         value = float(text) * column.scale if text else math.nan
     except ValueError:
@@ -183,7 +186,7 @@ def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
 
 def _listed(bad: list[tuple[int, str]], most: int = 5) -> str:
     first = bad[0][1]
-    rest = "".join(f"; line {number}: {what}" for number, what in bad[1:most])
+    rest = "".join(f"; line {number}: {problem}" for number, problem in bad[1:most])
     more = f"; and {len(bad) - most} more bad rows" if len(bad) > most else ""
     return first + rest + (" at least" + more if len(bad) == MOST_BAD_ROWS else more)
 

@@ -1,7 +1,8 @@
-"""gonio's own Dataset as a Zarr store: a directory, of which big arrays are read only as far as they are used.
+"""gonio's own Dataset as a Zarr store of format 3: a directory, from which big arrays are read only as they are used.
 
-Texts (channels, scans) are stored as numbers, their names beside them in the attribute `names`, since Zarr format 3 has
-no settled type for texts. Chunks are compressed by zstd and summed by CRC-32C.
+Names and units are those of docs/conventions.md. Texts (channels, scans) are stored as indexes into the list in the
+attribute `names`, since Zarr format 3 has no settled type for texts. Chunks are compressed by zstd and have a CRC-32C
+checksum.
 """
 
 import warnings
@@ -17,8 +18,8 @@ from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import DIRECTIONS, SETS
 from gonio.measured.sound import faults, missing, pieces
 
-RESULTS = "manifest"  # the group that a store of fitted values has
-MOST_BYTES_IN_MEMORY = 33_554_432  # a store below this is read at once
+RESULTS = "manifest"  # the group by which a store of fit results is recognised
+MOST_BYTES_IN_MEMORY = 33_554_432  # a store of fewer bytes is read at once
 VALUES_OF_CHUNK = 1_048_576
 _OF_XARRAY = ("_FillValue", "coordinates")
 
@@ -31,8 +32,8 @@ def _read(path: Path) -> xr.Dataset:
     if not (path / METADATA).exists():
         raise FormatError(path, "is a store of Zarr format 2: save it in format 3", ".zgroup, byte 0")
     if (path / RESULTS).is_dir():
-        what = "holds what gonio fit-stack found, and no scan: open it by xarray.open_zarr"
-        raise FormatError(path, what, f"{METADATA}, line 1")
+        message = "holds what gonio fit-stack found, and no scan: open it by xarray.open_zarr"
+        raise FormatError(path, message, f"{METADATA}, line 1")
     arrays = plans(path)
     for plan in arrays:
         check_chunks(plan)
@@ -42,23 +43,23 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _opened(path: Path, at_once: bool) -> xr.Dataset:
-    # What the metadata and the chunks promise has been checked; the rest is whatever damaged bytes lead Zarr to.
+    # plans and check_chunks have checked sizes and checksums. Other damage may still raise any exception in Zarr.
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = xr.open_dataset(path, engine="zarr", consolidated=False, decode_cf=False, cache=False, chunks=None)
-            scan = found.load() if at_once else found
+            stored = xr.open_dataset(path, engine="zarr", consolidated=False, decode_cf=False, cache=False, chunks=None)
+            scan = stored.load() if at_once else stored
             for name in scan.variables:
                 scan = _tidied(scan, str(name))
     except Exception as error:
-        said = f"{type(error).__name__}: {error}".splitlines()[0]
-        what = f"is a damaged Zarr store ({clip(said, 120)})"
-        raise FormatError(path, what, f"{METADATA}, line 1") from error
+        cause = f"{type(error).__name__}: {error}".splitlines()[0]
+        message = f"is a damaged Zarr store ({clip(cause, 120)})"
+        raise FormatError(path, message, f"{METADATA}, line 1") from error
     return scan.set_coords([n for n in (*DIRECTIONS, *SETS) if n in scan.variables])
 
 
 def _tidied(scan: xr.Dataset, name: str) -> xr.Dataset:
-    """Without the attributes that are xarray's own, and texts for their indexes."""
+    """The scan with one variable decoded: without xarray's own attributes, and with texts in place of their indexes."""
     variable = scan[name].variable
     attrs = {k: v for k, v in variable.attrs.items() if k not in (*_OF_XARRAY, NAMES)}
     texts = variable.attrs.get(NAMES)
@@ -74,19 +75,19 @@ def _tidied(scan: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def _check(path: Path, scan: xr.Dataset) -> None:
-    """What a scan must be; big arrays are looked at piece by piece."""
+    """Raise FormatError for what a scan must not be. Big arrays are checked piece by piece."""
     if lacking := missing(scan):
-        what = f"has no {lacking}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
-        raise FormatError(path, what, f"{METADATA}, line 1")
-    for name, what in faults(scan):
-        place = "c, byte 0" if what.startswith("holds") else f"{METADATA}, line 1"
-        raise FormatError(path, f"{name} {what}", f"{name}/{place}")
+        message = f"has no {lacking}: a scan needs brdf and the coordinates theta_i, theta_r, phi"
+        raise FormatError(path, message, f"{METADATA}, line 1")
+    for name, message in faults(scan):
+        place = "c, byte 0" if message.startswith("holds") else f"{METADATA}, line 1"
+        raise FormatError(path, f"{name} {message}", f"{name}/{place}")
     if not _finite(path, scan):
         raise FormatError(path, "every brdf value is zero or missing", f"brdf/{METADATA}, line 1")
 
 
 def _finite(path: Path, scan: xr.Dataset) -> bool:
-    """Whether any value is other than zero; FormatError for an infinite one."""
+    """Whether any value differs from zero. Raises FormatError for an infinite one."""
     seen = False
     for piece in pieces(scan["brdf"]):
         if np.isinf(piece).any():
@@ -96,22 +97,22 @@ def _finite(path: Path, scan: xr.Dataset) -> bool:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """A directory in place of the temporary file; the store takes the scan's own dimensions, dense or flat."""
+    """Write a directory in place of the temporary file, with the dimensions that the scan has, dense or flat."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    kept = scan.drop_vars("line", errors="ignore").drop_encoding()
-    for name in [str(n) for n in kept.variables]:
-        kept = _without_texts(kept, name)
+    stored = scan.drop_vars("line", errors="ignore").drop_encoding()
+    for name in [str(n) for n in stored.variables]:
+        stored = _without_texts(stored, name)
     packed = [ZstdCodec(level=3), Crc32cCodec()]
-    encoding = {n: {"chunks": _chunks(v.shape), "compressors": packed} for n, v in kept.variables.items()}
+    encoding = {n: {"chunks": _chunks(v.shape), "compressors": packed} for n, v in stored.variables.items()}
     path.unlink(missing_ok=True)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # consolidated metadata are not yet in the specification, and are harmless
-        kept.to_zarr(path, mode="w", zarr_format=3, consolidated=True, encoding=encoding, write_empty_chunks=True)
+        warnings.simplefilter("ignore")  # consolidated metadata are not in the specification yet, and harmless
+        stored.to_zarr(path, mode="w", zarr_format=3, consolidated=True, encoding=encoding, write_empty_chunks=True)
 
 
 def _without_texts(scan: xr.Dataset, name: str) -> xr.Dataset:
-    """Indexes for texts, and xarray's mark of a missing value for floats left out."""
+    """The scan with one variable encoded: texts as indexes; for numbers, without xarray's fill value."""
     variable = scan[name]
     if variable.dtype.kind not in "USO":
         scan[name].encoding["_FillValue"] = None
@@ -125,7 +126,7 @@ def _without_texts(scan: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Whole trailing axes, the leading ones cut so that a chunk holds about a million values."""
+    """The shape of chunks of about a million values at most: trailing axes stay whole, leading axes are cut."""
     room, chunks = VALUES_OF_CHUNK, []
     for n in reversed(shape):
         chunks.append(max(1, min(n, room)))

@@ -1,4 +1,4 @@
-"""Radiance: the XML of a window, with Klems matrices or tensor trees."""
+"""The XML files of Radiance and WINDOW: Klems matrices or tensor trees."""
 
 from gonio.formats.radiance.window import FORMAT as RADIANCE
 

@@ -1,4 +1,7 @@
-"""What a WindowElement says: its blocks of data with their wavelength, mode and side, and its angle bases."""
+"""Reading a WindowElement: its blocks of data with their wavelength, mode and side, and its angle bases.
+
+The elements are those that Radiance's readers bsdf_m.c (matrices) and bsdf_t.c (tensor trees) know.
+"""
 
 from dataclasses import dataclass
 
@@ -17,8 +20,8 @@ _NANOMETRES = {"nanometer": 1.0, "nanometers": 1.0, "nm": 1.0, "micron": 1e3, "m
 
 
 @dataclass(frozen=True)
-class Block:
-    """One WavelengthDataBlock: its sets and the element of its data."""
+class WavelengthDataBlock:
+    """One WavelengthDataBlock: its wavelength [nm] or channel, mode and side, and the XML element itself."""
 
     wavelength: str | float
     mode: str
@@ -27,22 +30,23 @@ class Block:
 
     @property
     def data(self) -> Element:
+        """The element ScatteringData."""
         return self.element.child("ScatteringData")
 
 
 def about(layer: Element) -> list[str]:
-    """What the file says of the material and the spectra, a line each."""
+    """Lines of provenance on the material and on the spectra of source and detector."""
     material = layer.find("Material")
-    named = list(material.children) if material else []
+    elements = list(material.children) if material else []
     for wavelength in layer.all("WavelengthData"):
-        named += [e for tag in ("SourceSpectrum", "DetectorSpectrum") for e in wavelength.all(tag)]
-    lines = [f"{e.tag}: {' '.join(e.text.split())} {e.attributes.get('unit', '')}".rstrip() for e in named if e.text]
+        elements += [e for tag in ("SourceSpectrum", "DetectorSpectrum") for e in wavelength.all(tag)]
+    lines = [f"{e.tag}: {' '.join(e.text.split())} {e.attributes.get('unit', '')}".rstrip() for e in elements if e.text]
     return list(dict.fromkeys(line for line in lines if not line.endswith(":")))
 
 
-def blocks(layer: Element) -> tuple[list[Block], list[str]]:
-    """Every block of data with its sets, and lines that say what was left out."""
-    found: list[Block] = []
+def blocks(layer: Element) -> tuple[list[WavelengthDataBlock], list[str]]:
+    """Every block of data, and lines on what was left out. Raises FormatError where there is none, or one twice."""
+    data_blocks: list[WavelengthDataBlock] = []
     left_out = []
     for element in layer.all("WavelengthData"):
         name = element.word("Wavelength")
@@ -52,23 +56,26 @@ def blocks(layer: Element) -> tuple[list[Block], list[str]]:
         wavelength = _wavelength(element.child("Wavelength"), name)
         for block in element.all("WavelengthDataBlock"):
             mode, side = _direction(block)
-            found.append(Block(wavelength, mode, side, block))
-    if not found:
+            data_blocks.append(WavelengthDataBlock(wavelength, mode, side, block))
+    if not data_blocks:
         raise layer.wrong("the layer holds no WavelengthDataBlock with scattering data")
-    if len({type(b.wavelength) for b in found}) > 1:
-        found = [Block(str(b.wavelength), b.mode, b.side, b.element) for b in found]
+    if len({type(b.wavelength) for b in data_blocks}) > 1:
+        data_blocks = [WavelengthDataBlock(str(b.wavelength), b.mode, b.side, b.element) for b in data_blocks]
     seen: set[tuple[str | float, str, str]] = set()
-    for b in found:
+    for b in data_blocks:
         if (b.wavelength, b.mode, b.side) in seen:
-            raise b.element.wrong(f"{b.mode} of the {b.side} for {b.wavelength} is there twice")
+            raise b.element.wrong(f"{b.mode} of the {b.side} for {b.wavelength} occurs twice")
         seen.add((b.wavelength, b.mode, b.side))
-    if {b.wavelength for b in found} >= {"Visible", "X", "Z"}:
-        found = [Block("Y" if b.wavelength == "Visible" else b.wavelength, b.mode, b.side, b.element) for b in found]
-    return found, list(dict.fromkeys(left_out))
+    if {b.wavelength for b in data_blocks} >= {"Visible", "X", "Z"}:
+        data_blocks = [
+            WavelengthDataBlock("Y" if b.wavelength == "Visible" else b.wavelength, b.mode, b.side, b.element)
+            for b in data_blocks
+        ]
+    return data_blocks, list(dict.fromkeys(left_out))
 
 
 def _wavelength(element: Element, name: str) -> str | float:
-    """The channel's name, or the wavelength [nm]."""
+    """The wavelength [nm] where the element has a unit of length, else the name of the channel."""
     scale = _NANOMETRES.get(element.attributes.get("unit", "").lower())
     if scale is None:
         return CHANNELS.get(name.upper(), name)
@@ -81,8 +88,8 @@ def _wavelength(element: Element, name: str) -> str | float:
 def _direction(block: Element) -> tuple[str, str]:
     words = block.word("WavelengthDataDirection").lower().split()
     if len(words) != 2 or words[0] not in MODES or words[1] not in SIDES:
-        what = f"WavelengthDataDirection is {clip(' '.join(words))!r}, not Reflection or Transmission, Front or Back"
-        raise block.child("WavelengthDataDirection").wrong(what)
+        message = f"WavelengthDataDirection is {clip(' '.join(words))!r}, not Reflection or Transmission, Front or Back"
+        raise block.child("WavelengthDataDirection").wrong(message)
     kind = block.find("ScatteringDataType")
     if kind is not None and kind.text.strip().upper() not in ("BRDF", "BTDF", "BSDF"):
         raise kind.wrong(f"ScatteringDataType is {clip(kind.text.strip())!r}, not BRDF or BTDF")
@@ -90,17 +97,17 @@ def _direction(block: Element) -> tuple[str, str]:
 
 
 def bases(definition: Element) -> tuple[dict[str, Basis], list[str]]:
-    """The known bases and those that the file defines, which come first, by name in small letters."""
+    """The angle bases by name in lower case: Radiance's, replaced by those that the file defines; and remarks."""
     bases = {b.name.lower(): b for b in klems.BASES}
     remarks = []
     for element in definition.all("AngleBasis"):
-        found = _defined(element)
-        known = bases.get(found.name.lower(), found)
-        if known.counts == found.counts and np.allclose(known.bounds, found.bounds, atol=1e-6):
-            found = known
+        defined = _defined(element)
+        known = bases.get(defined.name.lower(), defined)
+        if known.counts == defined.counts and np.allclose(known.bounds, defined.bounds, atol=1e-6):
+            defined = known
         else:
             remarks.append(f"took the file's own definition of {known.name}, which is not Radiance's")
-        bases[found.name.lower()] = found
+        bases[defined.name.lower()] = defined
     return bases, remarks
 
 
@@ -128,6 +135,7 @@ def _both(bounds: Element) -> tuple[Element, Element]:
 
 
 def basis(block: Element, tag: str, bases: dict[str, Basis]) -> Basis:
+    """The basis that the child `tag` of a block names. Raises FormatError for a name that is not among `bases`."""
     name = block.word(tag)
     if name.lower() not in bases:
         known = clip(", ".join(b.name for b in bases.values()), 200)

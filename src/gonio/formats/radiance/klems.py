@@ -1,7 +1,8 @@
-"""The Klems angle bases: the hemisphere in bands of patches, and which patch holds a direction (klems1994).
+"""The Klems angle bases (klems1994): the hemisphere divided into bands of patches, and the patch of a direction.
 
-A patch is a piece of a band of polar angles; its centre is the mean of the band's bounds, but the pole where a band is
-one patch about it. Azimuths are those of the file, in degrees; the first patch of a band is centred on azimuth 0.
+A band is a range of polar angles, divided into patches of equal azimuth. The centre of a patch is at the mean of the
+band's bounds; that of a single patch about the pole is the pole. Azimuths are those of the file, in degrees; the first
+patch of a band is centred on azimuth 0.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Basis:
-    """The bands of one basis: polar angles [deg] from `lower` up to the next one or to `upper`, each in `counts`."""
+    """One basis: `lower` [deg] has where each band begins, `upper` where the last ends, `counts` their patches."""
 
     name: str
     lower: tuple[float, ...]
@@ -23,10 +24,12 @@ class Basis:
 
     @property
     def size(self) -> int:
+        """The number of patches."""
         return sum(self.counts)
 
     @property
     def bounds(self) -> Array:
+        """The bounds of the bands [deg], one more than there are bands."""
         return np.array([*self.lower, self.upper])
 
     def centres(self) -> tuple[Array, Array]:
@@ -37,7 +40,7 @@ class Basis:
         return np.repeat(theta, self.counts), azimuths
 
     def index(self, theta: Array, azimuth: Array) -> npt.NDArray[np.int64]:
-        """The patch that holds each direction [deg], -1 where none does; 90 deg belongs to the last band."""
+        """The index of the patch of each direction [deg], -1 where it has none; `upper` belongs to the last band."""
         band = np.searchsorted(self.bounds, theta, side="right") - 1
         band = np.where(theta == self.upper, len(self.counts) - 1, band)
         inside = (band >= 0) & (band < len(self.counts))
@@ -54,7 +57,7 @@ class Basis:
 
 
 def from_text(text: str) -> Basis:
-    """The basis that `str` has written; ValueError where it is another text."""
+    """The basis from the text that `str` gives. Raises ValueError for another text."""
     name, _, bands = text.rpartition(" | ")
     *pairs, upper = bands.split()
     lower, counts = zip(*(pair.split(":") for pair in pairs), strict=True)
@@ -64,4 +67,4 @@ def from_text(text: str) -> Basis:
 FULL = Basis("LBNL/Klems Full", (0, 5, 15, 25, 35, 45, 55, 65, 75), (1, 8, 16, 20, 24, 24, 24, 16, 12))
 HALF = Basis("LBNL/Klems Half", (0, 6.5, 19.5, 32.5, 45.5, 58.5, 71.5), (1, 8, 12, 16, 20, 12, 8))
 QUARTER = Basis("LBNL/Klems Quarter", (0, 9, 27, 45, 63), (1, 8, 12, 12, 8))
-BASES = (FULL, HALF, QUARTER)  # as Radiance has them since 2021; a file may define its own
+BASES = (FULL, HALF, QUARTER)  # as in Radiance since 2021; a file may define others

@@ -1,10 +1,11 @@
-"""Trees of cells in the square that the hemisphere is mapped to: Radiance's tensor trees of rank 3 and 4.
+"""Radiance's tensor trees of rank 3 and 4: trees of cells in the unit square to which the hemisphere is mapped.
 
-A direction's projection on the surface, a point of the unit disk, is mapped to the unit square so that areas stay in
-proportion (shirley1997). Rank 4 has the square of the incident direction, then that of the outgoing one. Rank 3 is for
-isotropic surfaces: 1/2 - sin(theta_i)/2, of which only the lower half is used, then the outgoing square with the light
-on its way to azimuth 0. A cell of level n is 2^-n wide in every coordinate and holds one value. Incident azimuths are
-those that the light travels to, opposite to its source's.
+A direction is projected on the surface, which gives a point of the unit disk, and the disk is mapped to the unit square
+with areas in proportion (shirley1997). Rank 4 has the square of the incident direction, then that of the outgoing one.
+Rank 3 is for isotropic surfaces: its first coordinate is 1/2 - sin(theta_i)/2, of which only the lower half is used,
+then follows the outgoing square, with the incident light travelling to azimuth 0. A cell of level n is 2^-n wide in
+every coordinate and holds one value. Incident azimuths are those to which the light travels, opposite to the source.
+The layout is that of Radiance's reader, bsdf_t.c.
 """
 
 import re
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from gonio.door.elements import Element
 from gonio.door.text import clip
 
-DEEPEST = 15  # levels of a tree: 2^-15 of the square is far below any instrument's cone
+DEEPEST = 15  # levels of a tree; 2^-15 of the square is much less than the cone of any instrument
 Array = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
 _TOKEN = re.compile(r"[{}]|[^{}]+")
@@ -34,7 +35,7 @@ def to_disk(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def to_square(radius: Array, azimuth: Array) -> tuple[Array, Array]:
-    """Points of the unit square of a radius and an azimuth [rad] in the unit disk: the way back."""
+    """The point of the unit square for a radius and an azimuth [rad] in the unit disk: the inverse of `to_disk`."""
     turned = (np.asarray(azimuth) + np.pi / 4) % (2 * np.pi)
     quarter = np.floor(turned / (np.pi / 2)).astype(int) % 4
     minor = radius * ((turned - quarter * np.pi / 2) / (np.pi / 4) - 1)
@@ -44,10 +45,10 @@ def to_square(radius: Array, azimuth: Array) -> tuple[Array, Array]:
 
 
 def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
-    """Levels (n), cells (n, rank) and values (n) of the tree in an element's text; FormatError with the line.
+    """Levels (n,), cells (n, rank) and values (n,) of the tree in an element's text. Raises FormatError with the line.
 
-    Branches have the first coordinate's half in the lowest bit of their number; a grid has its first coordinate
-    slowest. Only the cells that directions fall in are kept.
+    The lowest bit of a branch's number is the half of the first coordinate; in a grid of values the first coordinate
+    runs slowest. Of a tree of rank 3 only the half that is used is returned.
     """
     levels, corners, finers, values = [], [], [], []
     for level, corner, finer, grid in _grids(data, rank):
@@ -59,7 +60,7 @@ def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
         values += grid
     value = np.array(values)
     if not np.isfinite(value).all():
-        numbers(data, data.text.replace("{", " ").replace("}", " "))  # says where
+        numbers(data, data.text.replace("{", " ").replace("}", " "))  # raises with the place of the bad value
     counts = np.left_shift(1, np.array(finers) * rank)
     finer_of, level_of, cell = (np.repeat(np.array(v), counts, axis=0) for v in (finers, levels, corners))
     rest = np.arange(len(value)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -73,11 +74,11 @@ def leaves(data: Element, rank: int) -> tuple[Whole, Whole, Array]:
 
 
 def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], int, list[float]]]:
-    """Level, corner, further levels and values of every innermost `{ }`, in the order of the file."""
+    """Level, corner, further levels and values of every innermost pair of braces, in the order of the file."""
     branches = 1 << rank
-    seen: list[int] = []  # the branches of each open node so far
+    seen: list[int] = []  # for each open node, the number of branches read
     corners: list[tuple[int, ...]] = []
-    held = False  # whether the innermost open node has had its values
+    held = False  # whether the values of the innermost open node are read
     ended = False
     for token in _TOKEN.finditer(data.text):
         word, at = token.group(), token.start()
@@ -85,7 +86,7 @@ def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], int
             if ended or held:
                 raise data.wrong("'{' where '}' was expected" if held else "there is more after the tree's end", at)
             if len(seen) > DEEPEST:
-                raise data.wrong(f"the tree's braces lie more than {DEEPEST} deep", at)
+                raise data.wrong(f"the tree's braces are nested more than {DEEPEST} deep", at)
             number = seen[-1] if seen else 0
             if number == branches:
                 raise data.wrong(f"a node has more than {branches} branches", at)
@@ -112,7 +113,7 @@ def _grids(data: Element, rank: int) -> Iterator[tuple[int, tuple[int, ...], int
 
 
 def _values(data: Element, words: str, at: int, rank: int) -> tuple[int, list[float]]:
-    """How many levels a grid adds, and its values."""
+    """The number of levels that a grid of values adds, and the values."""
     try:
         grid = list(map(float, words.replace(",", " ").split()))
     except ValueError:
@@ -125,16 +126,16 @@ def _values(data: Element, words: str, at: int, rank: int) -> tuple[int, list[fl
 
 
 def numbers(data: Element, text: str, at: int = 0) -> Array:
-    """The numbers of an element's text, from character `at`, parted by white space or commas; FormatError with line."""
+    """The numbers in `text`, which begins at character `at` of the element. Raises FormatError with the line."""
     words = text.replace(",", " ").split()
     try:
-        found = np.array(list(map(float, words)))
+        values = np.array(list(map(float, words)))
     except ValueError:
-        found = np.array([np.nan])
-    if "_" in text or not np.isfinite(found).all():
+        values = np.array([np.nan])
+    if "_" in text or not np.isfinite(values).all():
         offset, bad = _first_bad(text)
         raise data.wrong(f"a value is {clip(bad)!r}, not a finite number", at + offset)
-    return found
+    return values
 
 
 def _first_bad(text: str) -> tuple[int, str]:
@@ -152,21 +153,21 @@ def centres(level: Whole, cell: Whole) -> tuple[Array, Array, Array, Array]:
     """Polar angles and azimuths [deg] of the cells' centres: incident (azimuth 0 for rank 3), then outgoing."""
     points = (cell + 0.5) / np.exp2(level)[:, None]
     if cell.shape[1] == 3:
-        # A tree that is one cell reaches over the unused half: its centre is that of the used one.
+        # A tree of a single cell includes the unused half: its centre is taken in the used half.
         radius_i = 1 - 2 * np.where(level == 0, 0.25, points[:, 0])
         azimuth_i = np.zeros(len(level))
     else:
         radius_i, azimuth_i = to_disk(points[:, 0], points[:, 1])
     radius_r, azimuth_r = to_disk(points[:, -2], points[:, -1])
-    found = np.arcsin(radius_i), azimuth_i, np.arcsin(radius_r), azimuth_r
-    theta_i, phi_i, theta_r, phi_r = (np.degrees(v) for v in found)
+    radians = np.arcsin(radius_i), azimuth_i, np.arcsin(radius_r), azimuth_r
+    theta_i, phi_i, theta_r, phi_r = (np.degrees(v) for v in radians)
     return theta_i, phi_i % 360.0, theta_r, phi_r % 360.0
 
 
 def cell_of(
     level: npt.ArrayLike, rank: int, theta_i: Array, azimuth_i: Array, theta_r: Array, azimuth_r: Array
 ) -> Whole:
-    """The cells (n, rank) of a level that hold the directions [deg], azimuths as `centres` gives them."""
+    """The cells (n, rank) of a level that hold the directions [deg]; azimuths are as in `centres`."""
     radius_i, radius_r = np.sin(np.radians(theta_i)), np.sin(np.radians(theta_r))
     if rank == 3:
         turned = azimuth_r - azimuth_i
@@ -179,20 +180,20 @@ def cell_of(
 
 
 def look_up(level: Whole, cell: Whole, values: Array, directions: tuple[Array, Array, Array, Array]) -> Array:
-    """The value of the leaf that holds each direction, NaN where the leaves leave a hole."""
+    """The value of the leaf that holds each direction [deg], NaN where no leaf does."""
     rank = cell.shape[1]
-    found = np.full(np.broadcast_shapes(*(d.shape for d in directions)), np.nan)
+    looked_up = np.full(np.broadcast_shapes(*(d.shape for d in directions)), np.nan)
     for n in np.unique(level):
         here = level == n
         order = np.argsort(_key(n, cell[here]))
-        keys, own = _key(n, cell[here])[order], values[here][order]
+        keys, leaf_values = _key(n, cell[here])[order], values[here][order]
         wanted = _key(n, cell_of(n, rank, *directions))
         place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-        found = np.where(keys[place] == wanted, own[place], found)
-    return found
+        looked_up = np.where(keys[place] == wanted, leaf_values[place], looked_up)
+    return looked_up
 
 
 def _key(level: int, cell: Whole) -> Whole:
-    """One whole number for each cell of a level: 4 x 15 bits at most."""
+    """One integer for each cell of a level, of 4 x 15 bits at most."""
     shifts = np.arange(cell.shape[-1]) * int(level)
     return (cell << shifts).sum(axis=-1)

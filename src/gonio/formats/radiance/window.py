@@ -1,12 +1,13 @@
-"""Radiance and WINDOW XML: matrices over Klems patches, and tensor trees.
+"""The XML of the programs Radiance and WINDOW (WindowElement): matrices over Klems patches, and tensor trees.
 
-A matrix has a column for each incident patch and a row for each outgoing one (Rows: the other way round). The format's
-own interpolation is none: a patch or cell holds one value, which `evaluate` gives for every direction in it.
+The layout is that of Radiance's readers, bsdf_m.c for matrices and bsdf_t.c for tensor trees. A matrix has a column for
+each incident patch and a row for each outgoing one; with IncidentDataStructure Rows it is transposed. The format does
+not interpolate: a patch or cell has one value, which `evaluate` returns for every direction in it.
 
 Sides are named as in the file: `Reflection Front` is the front. Radiance's programs call that side the back, since
-their z axis points to it. Here z is the normal of the front, so directions are Radiance's, turned by half a turn about
-x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for either
-side, azimuths being counted about the front's normal.
+their z axis points away from it. Here z is the normal of the front, so that directions are Radiance's after half a turn
+about x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for
+either side, as azimuths are about the front's normal.
 """
 
 import math
@@ -25,9 +26,9 @@ from gonio.formats.radiance import klems, tensor_tree
 from gonio.formats.radiance.klems import Basis
 from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
 
-LONGEST_NUMBER = 100  # characters with the white space around it
+LONGEST_NUMBER = 100  # characters, with the white space around the number
 NAME = "radiance"
-LEVEL = "level"  # variable of a tree: how often the square was halved
+LEVEL = "level"  # variable of a tree: the level of each cell
 _RANKS = {"tensortree3": 3, "tensortree4": 4}
 _INCIDENT, _OUTGOING = "incident_basis", "outgoing_basis"
 Array = npt.NDArray[np.float64]
@@ -49,8 +50,8 @@ def _read(path: Path) -> xr.Dataset:
     elif structure.lower() in _RANKS:
         scan = _trees(blocks, _RANKS[structure.lower()])
     else:
-        what = f"IncidentDataStructure is {clip(structure)!r}, not Columns, Rows, TensorTree3 or TensorTree4"
-        raise definition.child("IncidentDataStructure").wrong(what)
+        message = f"IncidentDataStructure is {clip(structure)!r}, not Columns, Rows, TensorTree3 or TensorTree4"
+        raise definition.child("IncidentDataStructure").wrong(message)
     if not np.any(np.nan_to_num(scan["brdf"].values)):
         raise blocks[0].data.wrong("every brdf value is zero: the layer scatters nothing, or the data are wrong")
     scan.attrs["provenance"] = "\n".join([*remarks, *window_blocks.about(layer)])
@@ -63,8 +64,8 @@ def _in_order(values: Iterable[str | float]) -> list[str | float]:
     return list(dict.fromkeys(values))
 
 
-def _matrices(definition: Element, blocks: list[window_blocks.Block], by_rows: bool) -> xr.Dataset:
-    """The Dataset (channel or wavelength, mode, side, incident, outgoing) of the matrices."""
+def _matrices(definition: Element, blocks: list[window_blocks.WavelengthDataBlock], by_rows: bool) -> xr.Dataset:
+    """The Dataset (mode, side, channel or wavelength, incident, outgoing) of the matrices."""
     bases, remarks = window_blocks.bases(definition)
     incident = window_blocks.basis(blocks[0].element, "ColumnAngleBasis", bases)
     outgoing = window_blocks.basis(blocks[0].element, "RowAngleBasis", bases)
@@ -82,11 +83,11 @@ def _matrices(definition: Element, blocks: list[window_blocks.Block], by_rows: b
             raise b.element.wrong("the angle bases differ from those of the first block")
         if len(b.data.text) > LONGEST_NUMBER * incident.size * outgoing.size + LONGEST_NUMBER:
             raise b.data.wrong(f"ScatteringData is longer than {outgoing.size} x {incident.size} values need")
-        found = tensor_tree.numbers(b.data, b.data.text)
-        if found.size != incident.size * outgoing.size:
-            what = f"ScatteringData holds {found.size} values, not {outgoing.size} x {incident.size}"
-            raise b.data.wrong(f"{what}; are there decimal commas?" if found.size else what)
-        square = found.reshape((incident.size, -1) if by_rows else (outgoing.size, -1))
+        numbers = tensor_tree.numbers(b.data, b.data.text)
+        if numbers.size != incident.size * outgoing.size:
+            message = f"ScatteringData holds {numbers.size} values, not {outgoing.size} x {incident.size}"
+            raise b.data.wrong(f"{message}; are there decimal commas?" if numbers.size else message)
+        square = numbers.reshape((incident.size, -1) if by_rows else (outgoing.size, -1))
         at = tuple(axis.index(name) for axis, name in zip(axes, (b.mode, b.side, b.wavelength), strict=True))
         values[at] = square if by_rows else square.T
     scan = patches(incident, outgoing).assign_coords(_sets(*axes))
@@ -109,7 +110,7 @@ def _sets(modes: list, sides: list, wavelengths: list) -> dict:
 
 
 def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
-    """The centres of the patches as coordinates theta_i, phi_i (incident), theta_r (outgoing) and phi (both) [deg]."""
+    """The centres of the patches [deg]: coordinates theta_i, phi_i (incident), theta_r (outgoing) and phi (both)."""
     theta_i, column = incident.centres()
     theta_r, row = outgoing.centres()
     phi_i = (180.0 - column) % 360.0
@@ -125,19 +126,19 @@ def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
     return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
 
 
-def _trees(blocks: list[window_blocks.Block], rank: int) -> xr.Dataset:
-    """The flat Dataset of the cells' centres, with the level of each cell."""
-    found, total = [], 0
+def _trees(blocks: list[window_blocks.WavelengthDataBlock], rank: int) -> xr.Dataset:
+    """The flat scan of the centres of the cells, with the level of each cell."""
+    trees, total = [], 0
     for b in blocks:
         basis = b.element.word("AngleBasis")
         if basis.lower() != "lbnl/shirley-chiu":
             raise b.element.child("AngleBasis").wrong(f"AngleBasis is {clip(basis)!r}, not LBNL/Shirley-Chiu")
-        found.append(tensor_tree.leaves(b.data, rank))
-        total += len(found[-1][0])
+        trees.append(tensor_tree.leaves(b.data, rank))
+        total += len(trees[-1][0])
         if total > MOST_VALUES:
             raise b.data.wrong(f"the trees together hold more than {MOST_VALUES} values")
-    level, cell, values = (np.concatenate(v) for v in zip(*found, strict=True))
-    counts = [len(leaves[0]) for leaves in found]
+    level, cell, values = (np.concatenate(v) for v in zip(*trees, strict=True))
+    counts = [len(leaves[0]) for leaves in trees]
     names: dict[str, list] = {"mode": [b.mode for b in blocks], "side": [b.side for b in blocks]}
     names |= {_spectral([b.wavelength for b in blocks]): [b.wavelength for b in blocks]}
     theta_i, column, theta_r, row = tensor_tree.centres(level, cell)
@@ -160,11 +161,11 @@ def evaluate(
 ) -> Array:
     """The values (sets.., n) of the patches or cells that hold n directions [deg], NaN where none does.
 
-    Sets are the dimensions of a matrix before `incident`; of trees the coordinates of SETS that the scan has, in that
-    order and sorted. Raises ValueError where the scan is neither.
+    The sets of a matrix are its dimensions before `incident`; those of trees are the coordinates of SETS that the scan
+    has, in that order, each sorted. Raises ValueError where the scan is neither.
     """
-    given = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
-    t_i, t_r, azimuth, turn = np.broadcast_arrays(*given)
+    arrays = (np.asarray(v, dtype=float) for v in (theta_i, theta_r, phi, phi_i))
+    t_i, t_r, azimuth, turn = np.broadcast_arrays(*arrays)
     column, row = 180.0 - turn, -(turn + azimuth)
     if "incident" in scan.dims:
         incident, outgoing = _bases_of(scan)
@@ -186,15 +187,15 @@ def _evaluate_trees(scan: xr.Dataset, directions: tuple[Array, Array, Array, Arr
     theta_i, theta_r, phi = (scan[n].values for n in ("theta_i", "theta_r", "phi"))
     rank = 4 if "phi_i" in scan.coords else 3
     cell = tensor_tree.cell_of(level, rank, theta_i, 180.0 - phi_i, theta_r, -(phi_i + phi))
-    found = np.full((math.prod(shape), *directions[0].shape), np.nan)
+    looked_up = np.full((math.prod(shape), *directions[0].shape), np.nan)
     for n in np.unique(of_set):
-        own = of_set == n
-        found[n] = tensor_tree.look_up(level[own], cell[own], values[own], directions)
-    return found.reshape(*shape, *directions[0].shape)
+        in_set = of_set == n
+        looked_up[n] = tensor_tree.look_up(level[in_set], cell[in_set], values[in_set], directions)
+    return looked_up.reshape(*shape, *directions[0].shape)
 
 
 def _bases_of(scan: xr.Dataset) -> tuple[Basis, Basis]:
-    """The bases whose patches the scan's directions are; ValueError where they are none."""
+    """The incident and outgoing basis with the scan's directions as patches. Raises ValueError where there is none."""
     if not {"incident", "outgoing"} <= set(scan.dims):
         raise ValueError("the scan has no dimensions incident and outgoing: convert it to Radiance XML")
     try:
@@ -203,8 +204,12 @@ def _bases_of(scan: xr.Dataset) -> tuple[Basis, Basis]:
         stated = []
     pairs = [(stated[0], stated[1])] if stated else [(b, b) for b in klems.BASES]
     for incident, outgoing in pairs:
-        own = patches(incident, outgoing)
-        if all(own[n].shape == scan[n].shape and np.allclose(own[n], scan[n]) for n in own.coords if n in scan.coords):
+        centres = patches(incident, outgoing)
+        if all(
+            centres[n].shape == scan[n].shape and np.allclose(centres[n], scan[n])
+            for n in centres.coords
+            if n in scan.coords
+        ):
             return incident, outgoing
     raise ValueError("the scan's directions are those of no Klems basis: convert it to Radiance XML")
 
@@ -214,7 +219,7 @@ def _recognises(head: bytes) -> bool:
 
 
 def _layout(scan: xr.Dataset) -> xr.Dataset:
-    """The centres of the Klems Full patches, or the patches that the scan is on already."""
+    """The patches that the scan is on already, else those of Klems Full."""
     try:
         return patches(*_bases_of(scan))
     except ValueError:
@@ -222,7 +227,7 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """A matrix of what the scan has for each patch: the value at its centre, where `layout` laid the scan out."""
+    """Write matrices of the scan's values at the centres of patches, which are the directions that `layout` gives."""
     from gonio.formats.radiance import xml as window_xml
 
     bases = _bases_of(scan)
@@ -231,40 +236,42 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 
 def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Array]]]]:
-    """Wavelength, its unit, and the directions and matrices [outgoing, incident] of each; ValueError for a gap."""
+    """Wavelength, unit, and named matrices (outgoing, incident) for each. Raises ValueError for a gap in a matrix."""
     spectral = next((n for n in ("wavelength", "channel") if n in scan.coords), None)
     names = [n for n in SETS if n in scan["brdf"].dims]
     if other := [n for n in names if n not in ("mode", "side", spectral)]:
         raise ValueError(f"Radiance XML does not tell several {' or '.join(other)} apart: select one")
-    found: dict[tuple[str, str], list[tuple[str, Array]]] = {}
+    by_wavelength: dict[tuple[str, str], list[tuple[str, Array]]] = {}
     spectra: list[str | float] = np.atleast_1d(scan[spectral].values).tolist() if spectral else ["Visible"]
     for at in np.ndindex(*(scan.sizes[n] for n in names)):
-        one = scan.isel(dict(zip(names, at, strict=True)))
-        matrix = one["brdf"].transpose("outgoing", "incident").values
+        part = scan.isel(dict(zip(names, at, strict=True)))
+        matrix = part["brdf"].transpose("outgoing", "incident").values
         if np.isnan(matrix).all():
             continue
         if not np.isfinite(matrix).all():
-            raise ValueError("a patch has no value, and Radiance XML has no sign for a gap: fill it first")
+            raise ValueError("a patch has no value, and Radiance XML cannot store a gap: fill it first")
         mode, side = (
-            str(one[n].values) if n in one.coords else d for n, d in (("mode", "reflection"), ("side", "front"))
+            str(part[n].values) if n in part.coords else d for n, d in (("mode", "reflection"), ("side", "front"))
         )
         if mode not in window_blocks.MODES or side not in window_blocks.SIDES:
             raise ValueError(
                 f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back"
             )
-        own = one[spectral].values.item() if spectral else "Visible"
-        found.setdefault(_wavelength_text(own, spectra), []).append((f"{mode.title()} {side.title()}", matrix))
-    if not found:
+        wavelength = part[spectral].values.item() if spectral else "Visible"
+        by_wavelength.setdefault(_wavelength_text(wavelength, spectra), []).append(
+            (f"{mode.title()} {side.title()}", matrix)
+        )
+    if not by_wavelength:
         raise ValueError("there is no value to write")
-    return [(text, unit, matrices) for (text, unit), matrices in found.items()]
+    return [(text, unit, matrices) for (text, unit), matrices in by_wavelength.items()]
 
 
-def _wavelength_text(own: str | float, spectra: list) -> tuple[str, str]:
-    if not isinstance(own, str):
-        return f"{own!r}", "nm"
-    if own == "Y" and {"X", "Z"} <= set(spectra):
+def _wavelength_text(wavelength: str | float, spectra: list) -> tuple[str, str]:
+    if not isinstance(wavelength, str):
+        return f"{wavelength!r}", "nm"
+    if wavelength == "Y" and {"X", "Z"} <= set(spectra):
         return "Visible", "Integral"
-    return next((text for text, name in window_blocks.CHANNELS.items() if name == own), own), "Integral"
+    return next((text for text, name in window_blocks.CHANNELS.items() if name == wavelength), wavelength), "Integral"
 
 
 FORMAT = Format(

@@ -1,4 +1,4 @@
-"""A WindowElement of matrices over angle bases, as text."""
+"""Writing a WindowElement of matrices over angle bases, as Radiance's bsdf_m.c reads it."""
 
 import re
 from collections.abc import Mapping
@@ -18,10 +18,13 @@ Matrices = list[tuple[str, npt.NDArray[np.float64]]]
 def write(
     file: TextIO, attrs: Mapping[str, Any], bases: tuple[Basis, Basis], blocks: list[tuple[str, str, Matrices]]
 ) -> None:
-    """The whole file: remarks, material, the bases (incident, outgoing), then wavelength by wavelength."""
+    """Write remarks, material and the bases (incident, outgoing), then the matrices by wavelength.
+
+    `blocks` has wavelength, unit, and pairs of a direction such as `Reflection Front` and its matrix.
+    """
     stated = [line for key in ("provenance", "history") for line in str(attrs.get(key, "")).splitlines()]
-    named = {key: line for key in reversed(_NAMED) for line in stated if line.startswith(f"{key}: ")}
-    remarks = [line for line in stated if line not in named.values()]
+    material = {key: line for key in reversed(_NAMED) for line in stated if line.startswith(f"{key}: ")}
+    remarks = [line for line in stated if line not in material.values()]
     file.write('<?xml version="1.0" encoding="UTF-8"?>\n')
     if remarks:
         text = "\n".join(re.sub("-(?=-)", "- ", _text(line)) for line in remarks)
@@ -30,7 +33,7 @@ def write(
     file.write("<FileType>BSDF</FileType>\n<Optical>\n<Layer>\n<Material>\n")
     for key in _NAMED:
         default = "Other" if key == "DeviceType" else ""
-        value = named.get(key, f"{key}: {default}").removeprefix(f"{key}: ")
+        value = material.get(key, f"{key}: {default}").removeprefix(f"{key}: ")
         file.write(f"<{key}>{escape(_text(value))}</{key}>\n")
     file.write("</Material>\n<DataDefinition>\n<IncidentDataStructure>Columns</IncidentDataStructure>\n")
     for basis in dict.fromkeys(bases):
@@ -46,7 +49,7 @@ def write(
 
 
 def _text(text: str) -> str:
-    """Without the characters that XML cannot hold."""
+    """The text with a question mark for each character that XML does not allow."""
     return _NOT_XML.sub("?", text)
 
 

@@ -1,4 +1,4 @@
-"""RGL: tensor files in an adaptive parameterisation."""
+"""The measured BRDF files of RGL: tensor files in an adaptive parameterisation."""
 
 from gonio.formats.rgl.file import FORMAT as RGL
 

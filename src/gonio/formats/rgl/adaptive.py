@@ -1,8 +1,10 @@
-"""The adaptive parameterisation of RGL's measurements (dupuy2018): directions warped by the visible normals.
+"""The adaptive parameterisation of RGL's measurements (dupuy2018): directions warped by the density of visible normals.
 
-The half vector's polar angle and azimuth become u = sqrt(2 theta/pi) and (phi + pi)/(2 pi), both 0 to 1; the warp by
-`vndf` takes these to the unit square on which the values were measured. Stored is f cos(theta_r) over ndf/(4 sigma).
-Arrays (.., y, x) have the azimuth along y and the polar angle along x. Angles here are in radians.
+The half vector's polar angle and azimuth become u = sqrt(2 theta/pi) and (phi + pi)/(2 pi), both 0 to 1. A warp by the
+density `vndf` maps these to the unit square on which the values were measured; slices of `vndf` are normalised before
+they are interpolated. The stored value is f cos(theta_r) / (ndf/(4 sigma)). Arrays (.., y, x) have the azimuth along y
+and the polar angle along x. Angles are in radians here. The public readers are powitacq.inl, Mitsuba's measured.cpp and
+pbrt's bxdfs.cpp.
 """
 
 import functools
@@ -19,19 +21,19 @@ Stored = npt.NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Slices:
-    """Which slices of a tensor (phi_i, theta_i, ..) take part at each direction: flat indices and weights (k, n)."""
+    """For n directions, the k slices of a tensor (phi_i, theta_i, ..) to mix: flat indices and weights, each (k, n)."""
 
     index: Whole
     weight: Array
 
     def take(self, table: Array, *at: Whole) -> Array:
-        """The table (slices, ..) at the places `at`, each (n,), mixed over the slices."""
-        found: Array = np.einsum("kn,kn->n", self.weight, table[(self.index, *at)])
-        return found
+        """The weighted mean over the slices of a table (slices, ..) at the indices `at`, each (n,)."""
+        mixed: Array = np.einsum("kn,kn->n", self.weight, table[(self.index, *at)])
+        return mixed
 
 
 def slices(phi_nodes: Array, theta_nodes: Array, phi: Array, theta: Array) -> Slices:
-    """Linear interpolation between the slices, held beyond the first and the last one."""
+    """The slices for linear interpolation between nodes; beyond the first and the last node that slice is used."""
     p0, p1, pw = _between(phi_nodes, phi)
     t0, t1, tw = _between(theta_nodes, theta)
     count = len(theta_nodes)
@@ -42,7 +44,7 @@ def slices(phi_nodes: Array, theta_nodes: Array, phi: Array, theta: Array) -> Sl
 
 
 def _between(nodes: Array, at: Array) -> tuple[Whole, Whole, Array]:
-    """The nodes on both sides and the share of the upper one."""
+    """The nodes on both sides, and the weight of the upper one."""
     if len(nodes) == 1:
         zero = np.zeros(at.shape, dtype=np.intp)
         return zero, zero, np.zeros(at.shape)
@@ -52,23 +54,23 @@ def _between(nodes: Array, at: Array) -> tuple[Whole, Whole, Array]:
 
 
 def cell(u: Array, size: int) -> tuple[Whole, Array]:
-    """The lower node of the cell in which u in 0 to 1 lies among `size` nodes, and the place in it, 0 to 1."""
+    """The lower node of the cell that holds u (0 to 1) among `size` even nodes, and the position in it, 0 to 1."""
     scaled = np.clip(u, 0.0, 1.0) * (size - 1)
     low = np.minimum(scaled.astype(np.intp), size - 2)
     return low, scaled - low
 
 
 def bilinear(table: Array, x: Array, y: Array) -> Array:
-    """A table (y, x) at places of the unit square."""
+    """Bilinear interpolation of a table (y, x) over the unit square."""
     (j, b), (i, a) = cell(y, table.shape[0]), cell(x, table.shape[1])
-    found: Array = (1 - b) * ((1 - a) * table[j, i] + a * table[j, i + 1]) + b * (
+    value: Array = (1 - b) * ((1 - a) * table[j, i] + a * table[j, i + 1]) + b * (
         (1 - a) * table[j + 1, i] + a * table[j + 1, i + 1]
     )
-    return found
+    return value
 
 
 class Warp:
-    """The map of the unit square by a density (slices, y, x), each slice normalised before they are mixed."""
+    """The warp of the unit square by a density (slices, y, x); each slice is normalised before slices are mixed."""
 
     def __init__(self, density: Stored) -> None:
         heights = density.astype(np.float64)
@@ -80,7 +82,7 @@ class Warp:
         self.marginal = marginal / total[:, None]
 
     def invert(self, at: Slices, x: Array, y: Array) -> tuple[Array, Array]:
-        """Where in the unit square of the samples the place (x, y) of the warped one came from."""
+        """The sample (x, y) in the unit square that the warp maps to the point (x, y)."""
         (j, b), (i, a) = cell(y, self.density.shape[1]), cell(x, self.density.shape[2])
         take, last = at.take, np.full(j.shape, self.density.shape[2] - 1)
         c0 = (1 - b) * take(self.density, j, i) + b * take(self.density, j + 1, i)
@@ -93,7 +95,7 @@ class Warp:
         return along_x, take(self.marginal, j) + b * (r0 + 0.5 * b * (r1 - r0))
 
     def nodes(self, size: tuple[int, int]) -> tuple[Array, Array]:
-        """Where each slice puts an even grid (y, x) of samples: x and y (slices, y, x) in the warped square."""
+        """The points x and y (slices, y, x) to which each slice maps an even grid of samples of `size` (y, x)."""
         wanted_y, wanted_x = (np.linspace(0.0, 1.0, n) for n in size)
         slice_of = np.arange(len(self.density))[:, None]
         j = _intervals(self.marginal, np.broadcast_to(wanted_y, (len(self.density), size[0])))
@@ -112,34 +114,35 @@ class Warp:
 
 
 def _cumulated(values: Array) -> Array:
-    """Trapezoids of unit width summed up along the last axis, from 0."""
+    """The cumulative integral along the last axis by trapezoids of unit width, beginning with 0."""
     sums = np.cumsum(0.5 * (values[..., 1:] + values[..., :-1]), axis=-1)
     return np.concatenate([np.zeros((*values.shape[:-1], 1)), sums], axis=-1)
 
 
 def _intervals(cumulated: Array, wanted: Array) -> Whole:
-    """The interval (rows, n) of each row's ascending values (rows, m) in which the wanted values (rows, n) lie."""
+    """The interval (rows, n) among each row's ascending values (rows, m) that holds the wanted values (rows, n)."""
     total = np.where(cumulated[:, -1:] > 0, cumulated[:, -1:], 1.0)
-    apart = 2.0 * np.arange(len(cumulated))[:, None]  # all rows as one ascending list
-    place = np.searchsorted((cumulated / total + apart).ravel(), (wanted / total + apart).ravel(), side="left")
+    offset = 2.0 * np.arange(len(cumulated))[:, None]  # makes all rows one ascending list, for one searchsorted
+    place = np.searchsorted((cumulated / total + offset).ravel(), (wanted / total + offset).ravel(), side="left")
     within = place.reshape(wanted.shape) - cumulated.shape[1] * np.arange(len(cumulated))[:, None]
-    found: Whole = np.clip(within - 1, 0, cumulated.shape[1] - 2)
-    return found
+    interval: Whole = np.clip(within - 1, 0, cumulated.shape[1] - 2)
+    return interval
 
 
 def _solve(first: Array, second: Array, area: Array) -> Array:
-    """The place 0 to 1 up to which the line from `first` to `second` encloses `area`."""
+    """The position b in 0 to 1 up to which a linear density from `first` to `second` has the integral `area`."""
     area = np.maximum(area, 0.0)
     divisor = first + np.sqrt(np.maximum(first**2 + 2 * area * (second - first), 0.0))
     return np.clip(np.divide(2 * area, divisor, out=np.zeros_like(area), where=divisor > 0), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Surface:
+class RglMeasurement:
     """The tensors of one measurement.
 
-    theta_i, phi_i: the incidences of the slices. ndf, sigma (y, x); vndf (phi_i, theta_i, y, x).
-    values (sets, phi_i, theta_i, y, x). with_jacobian: whether the values are to be multiplied by ndf/(4 sigma).
+    theta_i, phi_i: the directions of incidence of the slices. ndf, the distribution of normals, and sigma, the
+    projected area of the microfacets: (y, x). vndf, the distribution of visible normals: (phi_i, theta_i, y, x).
+    values: (sets, phi_i, theta_i, y, x). with_jacobian: whether to multiply the values by ndf/(4 sigma).
     """
 
     theta_i: Array
@@ -152,15 +155,17 @@ class Surface:
 
     @property
     def isotropic(self) -> bool:
+        """Whether the surface is isotropic: such files have at most two azimuths of incidence."""
         return len(self.phi_i) <= 2
 
     @functools.cached_property
     def warp(self) -> Warp:
+        """The warp by vndf."""
         return Warp(self.vndf.reshape(-1, *self.vndf.shape[2:]))
 
     @functools.cached_property
     def nodes(self) -> tuple[Array, Array, Array, Array]:
-        """Of every node (phi_i, theta_i, y, x): theta_r and phi = phi_r - phi_i, then cos(theta_r), ndf/(4 sigma)."""
+        """theta_r, phi = phi_r - phi_i, cos(theta_r) and ndf/(4 sigma) of every node, each (phi_i, theta_i, y, x)."""
         full = (len(self.phi_i), len(self.theta_i), *self.values.shape[-2:])
         x, y = (v.reshape(full) for v in self.warp.nodes((full[2], full[3])))
         phi_i, theta_i = self.phi_i[:, None, None, None], self.theta_i[:, None, None]
@@ -169,7 +174,7 @@ class Surface:
         return theta_r, phi, cosine, self._scale(x, y, np.broadcast_to(theta_i, full), np.broadcast_to(phi_i, full))
 
     def solid_angles(self) -> Array:
-        """The solid angle of w_r (phi_i, theta_i, y, x) that a unit of the warped square takes; 0 below the horizon."""
+        """The solid angle of w_r per unit of area of the warped square (phi_i, theta_i, y, x); 0 below the horizon."""
         theta_r, phi, cosine, _ = self.nodes
         theta_i = np.broadcast_to(self.theta_i[:, None, None], theta_r.shape)
         theta_h, azimuth = _half(theta_i, theta_r, phi)
@@ -205,21 +210,21 @@ class Surface:
         return out
 
     def _reduced(self, phi_i: Array, phi: Array) -> tuple[Array, Array]:
-        """Azimuths within -pi to pi, by the symmetry of a file that covers a half or a quarter of the circle."""
+        """Azimuths within the file's, by the symmetry of a file that covers a half or a quarter of the circle."""
         phi_i = (phi_i + math.pi) % (2 * math.pi) - math.pi
         span = self.phi_i[-1] - self.phi_i[0]
         if self.isotropic or round(2 * math.pi / span) < 2:
             return phi_i, phi
         upper = phi_i > 0
-        if round(2 * math.pi / span) == 4:  # mirrored in both axes of the surface
+        if round(2 * math.pi / span) == 4:  # a quarter: mirror symmetry about both axes of the surface
             phi_i, phi = np.where(upper, -phi_i, phi_i), np.where(upper, -phi, phi)
             right = phi_i > -math.pi / 2
             return np.where(right, -math.pi - phi_i, phi_i), np.where(right, -phi, phi)
-        return np.where(upper, phi_i - math.pi, phi_i), phi  # turned by half a circle
+        return np.where(upper, phi_i - math.pi, phi_i), phi  # a half: symmetry under half a turn
 
 
 def reflected(theta_i: Array | float, theta_h: Array, azimuth: Array) -> tuple[Array, Array, Array]:
-    """theta_r, phi = phi_r - phi_i and cos(theta_r) of light mirrored by facets turned by `azimuth` from phi_i."""
+    """theta_r, phi = phi_r - phi_i and cos(theta_r) of light that a facet at `azimuth` from phi_i mirrors."""
     sin_i, cos_i = np.sin(theta_i), np.cos(theta_i)
     hx, hy, hz = np.sin(theta_h) * np.cos(azimuth), np.sin(theta_h) * np.sin(azimuth), np.cos(theta_h)
     twice = 2 * (sin_i * hx + cos_i * hz)
@@ -228,7 +233,7 @@ def reflected(theta_i: Array | float, theta_h: Array, azimuth: Array) -> tuple[A
 
 
 def _half(theta_i: Array, theta_r: Array, phi: Array) -> tuple[Array, Array]:
-    """The half vector's polar angle, and its azimuth from phi_i."""
+    """The half vector's polar angle, and its azimuth relative to phi_i."""
     hx = np.sin(theta_i) + np.sin(theta_r) * np.cos(phi)
     hy = np.sin(theta_r) * np.sin(phi)
     hz = np.cos(theta_i) + np.cos(theta_r)

@@ -1,8 +1,8 @@
-"""Where RGL files hold a scan that never was in one.
+"""The directions at which an RGL file stores a scan that is not from such a file.
 
-It is laid out on half vectors, evenly in sqrt(theta_h) and phi_h: `vndf` is constant, `ndf` 4 and `sigma` 1, so that a
-value stored is f cos(theta_r) itself. An anisotropic scan covers the whole circle of phi_i, because not every reader
-folds it back.
+They are half vectors on an even grid in sqrt(theta_h) and phi_h: `vndf` is constant, `ndf` 4 and `sigma` 1, so that the
+stored value is f cos(theta_r) itself. An anisotropic scan covers the full circle of phi_i, because not every reader
+uses the symmetry of a file that covers a part.
 """
 
 import itertools
@@ -13,33 +13,33 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.formats.rgl.scan import X, Y, grid_of, named, surface_of, tensors_of
+from gonio.formats.rgl.scan import X, Y, grid_of, measurement_of, tensor_variables, tensors_of
 
 Values = npt.NDArray[np.float64]
 
 SIZE = 64  # samples along each warped axis
-MOST_ANGLES = 91  # incidence angles of a scan that are kept as they are
-EVEN_ANGLES = 31  # otherwise
-WIDEST_TURN = 15.0  # deg
+MOST_ANGLES = 91  # the number of incidence angles up to which those of the scan are kept
+EVEN_ANGLES = 31  # the number of even incidence angles for a scan with more
+WIDEST_TURN = 15.0  # deg, between azimuths phi_i
 
 
 def layout(scan: xr.Dataset) -> xr.Dataset:
-    """The grid of the scan's own tensors, else half vectors at the scan's incidence angles and turns."""
+    """The nodes of the tensors where the scan has them, else half vectors at its incidence angles and phi_i."""
     if all(f"tensor_{n}" in scan.variables for n in ("theta_i", "phi_i", "ndf", "sigma", "vndf", "spectra")):
         tensors = tensors_of(scan)
         tensors["spectra"] = tensors["spectra"].reshape(-1, *tensors["spectra"].shape[-4:])[0]
-        own = scan["brdf"].dims if "brdf" in scan else ()
-        if {Y, X} <= set(own):
+        dims = scan["brdf"].dims if "brdf" in scan else ()
+        if {Y, X} <= set(dims):
             names = [n for n in ("theta_i", "theta_r", "phi", "phi_i", Y, X) if n in scan.coords and scan[n].ndim]
-            return xr.Dataset(coords={n: scan[n].variable for n in names} | _kept(tensors))
+            return xr.Dataset(coords={n: scan[n].variable for n in names} | _layout_tensors(tensors))
     tensors = _plain_tensors(scan)
-    return grid_of(surface_of(tensors, 0)).assign_coords(_kept(tensors))
+    return grid_of(measurement_of(tensors, 0)).assign_coords(_layout_tensors(tensors))
 
 
-def _kept(tensors: dict[str, Any]) -> dict[str, Any]:
-    """The tensors that a resampled scan must bring to be written."""
+def _layout_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
+    """The tensors that a resampled scan needs in order to be written."""
     names = ("theta_i", "phi_i", "ndf", "sigma", "vndf", "jacobian")
-    return named({n: tensors[n] for n in names if n in tensors}, ())
+    return tensor_variables({n: tensors[n] for n in names if n in tensors}, ())
 
 
 def _plain_tensors(scan: xr.Dataset) -> dict[str, Any]:
@@ -64,11 +64,14 @@ def _plain_tensors(scan: xr.Dataset) -> dict[str, Any]:
 
 
 def _dense(turns: Values) -> Values:
-    """Turns of the surface no further apart than WIDEST_TURN: between them the format keeps half vectors in place."""
+    """Azimuths phi_i [deg] at steps of at most WIDEST_TURN.
+
+    Between two of them a reader interpolates at a fixed half vector, hence the limit.
+    """
     parts = [np.linspace(a, b, math.ceil((b - a) / WIDEST_TURN) + 1)[:-1] for a, b in itertools.pairwise(turns)]
     return np.concatenate([*parts, turns[-1:]])
 
 
 def _distinct(angles: Any) -> Values:
-    found: Values = np.unique(np.round(np.asarray(angles, dtype=float), 5))
-    return found
+    distinct: Values = np.unique(np.round(np.asarray(angles, dtype=float), 5))
+    return distinct

@@ -1,4 +1,4 @@
-"""The goniometer RT-300S: its workbooks, and the text tables that its users publish."""
+"""Files of the goniometer J&C RT-300S: its workbooks, and its text tables."""
 
 from gonio.formats.rt300s.jdv import FORMAT as JDV
 from gonio.formats.rt300s.sheet import FORMAT as RT300S

@@ -1,4 +1,4 @@
-r"""Text of the RT-300S (.jdv): blocks of one incidence angle each, in one of two layouts.
+r"""Text files of the goniometer RT-300S (.jdv): blocks of one incidence angle each, in one of two layouts.
 
     DataType: BRDF(RT-300S)              DataType: BRDF(Raywiz)
     SampleID: a name                     SampleID: a name
@@ -6,11 +6,11 @@ r"""Text of the RT-300S (.jdv): blocks of one incidence angle each, in one of tw
     Incidence: 60                        1 1 2               incidences, steps of azimuth, steps of polar angle
     Polar: -30,30,30   first, last,      -90 -80 -30 30      first and last azimuth, first and last polar angle
     Azimuth: -90,-80,10        step      60                  incidence
-    Raw data                             a row a polar angle, of a value an azimuth
-    the polar angles, then a row an azimuth, which it begins with
+    Raw data                             a row per polar angle, with a value per azimuth
+    the polar angles, then a row per azimuth, which begins with the azimuth
 
-Words are parted by tabs, lines end in \r. Values have no unit: they are relative. The only public files are the two
-samples of an exporter, which hold the same numbers in both layouts.
+Words are separated by tabs, lines end in \r. Values have no unit: they are relative. The layouts are known from the
+only public files, the two samples of an exporter, which hold the same numbers in both layouts.
 """
 
 import re
@@ -27,13 +27,13 @@ from gonio.formats.rt300s.sheet import direction
 from gonio.measured.dataset import RELATIVE, make_scan
 
 KINDS = {"brdf(rt-300s)": "RT-300S", "brdf(raywiz)": "Raywiz"}
-MOST_NODES = 100_000  # of one axis
+MOST_NODES = 100_000  # on one axis
 _SIGNATURE = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*datatype:\s*b[rt]df\(", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Block:
-    """One table: the sample's name, the angles [deg] and the values (azimuth, polar)."""
+class JdvBlock:
+    """One block of a .jdv file: the name of the sample, the angles [deg] and the values (azimuth, polar)."""
 
     name: str
     remarks: tuple[str, ...]
@@ -56,7 +56,7 @@ def _read(path: Path) -> xr.Dataset:
     theta_r, phi = direction(azimuth, polar)
     remarks = dict.fromkeys(r for b in blocks for r in b.remarks)
     zero = [n for n, b in zip(names, blocks, strict=True) if not b.values.any()]
-    what = "every value" if len(zero) == len(blocks) else f"every value of {', '.join(zero)}"
+    zero_values = "every value" if len(zero) == len(blocks) else f"every value of {', '.join(zero)}"
     return make_scan(
         theta_i,
         theta_r,
@@ -65,27 +65,27 @@ def _read(path: Path) -> xr.Dataset:
         unit=RELATIVE,
         coordinates={"scan": np.repeat(names, [b.values.size for b in blocks])} if len(blocks) > 1 else {},
         provenance="\n".join(remarks),
-        history=f"{what} is zero" if zero else "",
+        history=f"{zero_values} is zero" if zero else "",
     )
 
 
-def _names(blocks: list[Block]) -> list[str]:
-    """The samples' names, with a number where one comes again."""
+def _names(blocks: list[JdvBlock]) -> list[str]:
+    """The names of the samples, each with a number from its second use on."""
     seen: dict[str, int] = {}
-    found = []
+    names = []
     for block in blocks:
         seen[block.name] = seen.get(block.name, 0) + 1
-        found.append(block.name if seen[block.name] == 1 else f"{block.name} ({seen[block.name]})")
-    return found
+        names.append(block.name if seen[block.name] == 1 else f"{block.name} ({seen[block.name]})")
+    return names
 
 
-def _columns(block: Block) -> npt.NDArray[np.float64]:
+def _columns(block: JdvBlock) -> npt.NDArray[np.float64]:
     azimuth, polar = np.meshgrid(block.azimuth, block.polar, indexing="ij")
     incidence = np.full(azimuth.shape, block.incidence)
     return np.array([incidence.ravel(), azimuth.ravel(), polar.ravel(), block.values.ravel()])
 
 
-def _block(words: Words) -> Block:
+def _block(words: Words) -> JdvBlock:
     words.keyword("DataType:")
     kind = KINDS.get(" ".join(words.rest()).lower())
     if kind is None:
@@ -96,7 +96,7 @@ def _block(words: Words) -> Block:
     incidence, azimuth, polar, values = _goniometer(words) if kind == "RT-300S" else _raywiz(words)
     if not 0 <= incidence <= 90:
         raise words.wrong(f"the incidence angle is {incidence:g} deg, outside 0 to 90")
-    return Block(clip(name), remarks, incidence, azimuth, polar, values)
+    return JdvBlock(clip(name), remarks, incidence, azimuth, polar, values)
 
 
 def _label(words: Words, name: str) -> str:
@@ -124,7 +124,7 @@ def _goniometer(
 
 
 def _stepped(words: Words, name: str, limit: float) -> npt.NDArray[np.float64]:
-    """The angles of first, last and step."""
+    """The angles from the entry `name`, which has the first, the last and the step."""
     words.keyword(name)
     listed = [words.as_number(w, name) for w in " ".join(words.rest()).replace(",", " ").split()]
     if len(listed) != 3:
@@ -165,9 +165,9 @@ def _bound(words: Words, count: int) -> None:
         raise words.wrong(f"a block promises {count} values, and the file can hold {most}")
 
 
-def _agree(words: Words, found: list[float], expected: npt.NDArray[np.float64], what: str) -> None:
-    if np.abs(np.array(found) - expected).max() > 1e-6:
-        raise words.wrong(f"a {what} is not that of the block's head")
+def _agree(words: Words, listed: list[float], expected: npt.NDArray[np.float64], quantity: str) -> None:
+    if np.abs(np.array(listed) - expected).max() > 1e-6:
+        raise words.wrong(f"a {quantity} is not that of the block's head")
 
 
 FORMAT = Format(

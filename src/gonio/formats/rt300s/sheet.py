@@ -1,9 +1,10 @@
-"""Workbooks of the goniometer J&C RT-300S (.xls): one geometry a column, over as many sheets as it takes.
+"""Workbooks of the goniometer J&C RT-300S (.xls): one geometry per column, on one or more sheets.
 
-Rows, found by their names in the first column: Method, Date, .., Azimuth, Incidence, Receive [deg], .., RT, then the
-spectrum. RT is the signal over that of a white diffuser: pi f cos(theta_r) (krell2026), with the instrument's own
-light in it until a blank is subtracted (gonio.measured.reduction). The azimuth turns the sample under the plane of the
-receiver: at -90 deg positive receive angles are forward.
+The rows are found by their names in the first column: Method, Date, .., Azimuth, Incidence, Receive [deg], .., RT, then
+the spectrum. RT is the signal divided by that of a white diffuser: pi f cos(theta_r). It includes the signal of the
+blank until one is subtracted (gonio.measured.reduction). The azimuth turns the sample relative to the plane of the
+receiver: at -90 deg positive receive angles are forward. The public source on the rows are the scripts of LOFT
+(bsdf-tools, rt300s_to_bsdf_iso.m; krell2026). door/workbook.py reads the cells.
 """
 
 import datetime
@@ -21,14 +22,19 @@ from gonio.files import FormatError
 from gonio.formats.format import Format
 from gonio.measured.dataset import make_scan
 
-LIMITS = {"azimuth": 180.0, "incidence": 90.0, "receive": 89.99, "rt": math.inf}  # the largest absolute values [deg]
-KEPT = ("method", "date", "model id", "technician", "illuminant.", "observer.")
-FIRST_DAY = datetime.date(1899, 12, 30)  # day 0 of Excel's calendar, as all its days since March 1900 count
+LIMITS = {
+    "azimuth": 180.0,
+    "incidence": 90.0,
+    "receive": 89.99,
+    "rt": math.inf,
+}  # largest absolute values, of angles [deg]
+DESCRIPTIVE_ROWS = ("method", "date", "model id", "technician", "illuminant.", "observer.")
+FIRST_DAY = datetime.date(1899, 12, 30)  # day 0 of Excel's calendar, as its days since March 1900 are counted
 LAST_DAY = 2_958_465  # 31 December 9999
 
 
 def direction(azimuth: npt.ArrayLike, receive: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """theta_r and phi [deg] of the instrument's azimuth and receive angles [deg]."""
+    """theta_r and phi [deg] from the azimuth and receive angles [deg] of the instrument."""
     receive = np.asarray(receive, dtype=float)
     return np.abs(receive), (90.0 - np.asarray(azimuth, dtype=float) - np.where(receive < 0, 180.0, 0.0)) % 360.0
 
@@ -36,7 +42,7 @@ def direction(azimuth: npt.ArrayLike, receive: npt.ArrayLike) -> tuple[np.ndarra
 def _read(path: Path) -> xr.Dataset:
     filled = {name: cells for name, cells in sheets(path).items() if cells}
     labels = {name: _labels(cells) for name, cells in filled.items()}
-    measured = [name for name, found in labels.items() if set(LIMITS) <= set(found)]
+    measured = [name for name, rows in labels.items() if set(LIMITS) <= set(rows)]
     if not measured:
         raise FormatError(
             path, "no sheet has rows Azimuth, Incidence, Receive and RT: this is no workbook of an RT-300S", "byte 0"
@@ -63,13 +69,13 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _labels(cells: Cells) -> dict[str, int]:
-    """The row of each name in the first column, in lower case."""
-    named = ((row, cell.value) for (row, column), cell in cells.items() if column == 0)
-    return {value.strip().lower(): row for row, value in named if isinstance(value, str)}
+    """The row of each name in the first column; names in lower case."""
+    first_column = ((row, cell.value) for (row, column), cell in cells.items() if column == 0)
+    return {value.strip().lower(): row for row, value in first_column if isinstance(value, str)}
 
 
 def _columns(path: Path, sheet: str, cells: Cells, labels: dict[str, int]) -> Iterator[list[float]]:
-    """Azimuth, incidence, receive and RT of each column that has any of them."""
+    """Azimuth, incidence, receive and RT of each column that has a cell in one of these rows."""
     rows = [labels[name] for name in LIMITS]
     for column in sorted({column for row, column in cells if column and row in rows}):
         yield [_number(path, sheet, cells, labels[name], column, name) for name in LIMITS]
@@ -82,25 +88,25 @@ def _number(path: Path, sheet: str, cells: Cells, row: int, column: int, name: s
         raise FormatError(path, f"{place} is {clip(repr(cell.value))}, not a number", f"byte {cell.at}")
     least = 0.0 if name == "incidence" else -LIMITS[name]
     if not least <= cell.value <= LIMITS[name]:
-        what = f"{place} is {cell.value:g} deg, outside {least:g} to {LIMITS[name]:g}"
-        raise FormatError(path, what, f"byte {cell.at}")
+        message = f"{place} is {cell.value:g} deg, outside {least:g} to {LIMITS[name]:g}"
+        raise FormatError(path, message, f"byte {cell.at}")
     return cell.value
 
 
 def _provenance(path: Path, tables: list[tuple[Cells, dict[str, int]]]) -> Iterator[str]:
-    """What the rows above the angles say of the instrument, one line each."""
+    """Lines of provenance: the instrument, and what its rows say. Raises FormatError for a method other than BRDF."""
     yield "instrument: J&C RT-300S"
-    for name in KEPT:
-        found: dict[str, None] = {}
+    for name in DESCRIPTIVE_ROWS:
+        texts: dict[str, None] = {}
         for cells, labels in tables:
             row = labels.get(name, -1)
             for column in sorted({c for r, c in cells if r == row and c}):
                 text = _day(cells[row, column].value) if name == "date" else str(cells[row, column].value).strip()
                 if name == "method" and not text.lower().startswith("brdf"):
-                    what = f"the method is {clip(text)!r}, and of the RT-300S only BRDF is known"
-                    raise FormatError(path, what, f"byte {cells[row, column].at}")
-                found[" ".join(text.split())] = None
-        if listed := [text for text in found if text]:
+                    message = f"the method is {clip(text)!r}, and of the RT-300S only BRDF is known"
+                    raise FormatError(path, message, f"byte {cells[row, column].at}")
+                texts[" ".join(text.split())] = None
+        if listed := [text for text in texts if text]:
             yield f"{name.rstrip('.')}: {clip(', '.join(listed), 200)}"
 
 
@@ -129,5 +135,5 @@ FORMAT = Format(
     suffix=".xls",
     recognises=lambda head: head.startswith(MAGIC),
     read=_read,
-    rank=50,  # any workbook of Excel 97 begins so
+    rank=50,  # every workbook of Excel 97 begins in the same way
 )

@@ -1,15 +1,17 @@
-"""Speos anisotropic BSDF (.anisotropicbsdf), text mode: one table an orientation and incidence, times a spectrum.
+"""Anisotropic BSDF of Ansys Speos (.anisotropicbsdf), text mode: tables per orientation and incidence, and a spectrum.
 
-Rows, after the Ansys help and optical-automation's converters (ansys_bsdf): header, mode, comment, length and text of
-the description, anisotropy vector, flags of reflection and transmission, kind of values; then for each mode the count
-and list of anisotropy angles and, for each of these, of incidences; for each mode the incidence and anisotropy angle of
-the spectrum, its description, its length and its rows `nm percent`; then the tables in the order of the lists.
+The Ansys help documents the rows ("Structure of Anisotropic BSDF Files"), as do the converters of optical-automation
+(ansys_bsdf): header, mode, comment, length and text of the description, anisotropy vector, flags of reflection and
+transmission, kind of values; then for each mode the count and list of anisotropy angles and, for each of these, of
+incidences; for each mode the incidence and anisotropy angle of the spectrum, its description, its length and its rows
+`nm percent`; then the tables in the order of the lists.
 
-The integral of the table at the spectrum's incidence is the spectrum: BSDF(nm) = table x percent(nm) / 100 / integral.
-Between two incidences the reciprocals of the integrals are weighted by distance, beyond the lists the nearest holds. A
-spectrum of several wavelengths that is flat says nothing of wavelength, and none is given. The anisotropy angle is that
-from the plane of incidence, in the forward direction, to the anisotropy vector, counterclockwise; phi_i, the azimuth of
-the incident light from that vector, is 180 deg less this angle. The vector is 1 0 0 where provenance does not say.
+The spectrum is the integral of the table at the spectrum's incidence: BSDF(nm) = table x percent(nm) / 100 / integral.
+Between two incidences the reciprocals of the integrals are interpolated linearly; outside the list that of the nearest
+incidence is used. Where a spectrum of several wavelengths is constant, the scan gets no wavelength. The anisotropy
+angle is the angle from the plane of incidence, in the forward direction, to the anisotropy vector, counterclockwise;
+phi_i, the azimuth of the incident light from that vector, is 180 deg minus this angle. The vector is 1 0 0 where the
+provenance states no other.
 """
 
 import math
@@ -29,8 +31,8 @@ from gonio.formats.speos.tables import (
     MODES,
     MOST_VALUES,
     VECTOR,
-    Rows,
-    Table,
+    SpeosLines,
+    SpeosTable,
     bsdf,
     close_to_one,
     divided,
@@ -53,7 +55,7 @@ def _read(path: Path) -> xr.Dataset:
     vector = in_words(rows.numbers("the anisotropy vector", 3))
     provenance += [VECTOR + vector] if vector != DEFAULT_VECTOR else []
     flags = rows.flags("the flag of reflection", "the flag of transmission")
-    modes = [mode for mode, there in zip(MODES, flags, strict=True) if there]
+    modes = [mode for mode, is_present in zip(MODES, flags, strict=True) if is_present]
     if not modes:
         raise rows.wrong("holds neither reflection nor transmission")
     kind = int(rows.flags("the kind of values")[0])
@@ -66,14 +68,14 @@ def _read(path: Path) -> xr.Dataset:
     rows.end()
     scales = {mode: scale_of(places[mode], tables[mode], spectra[mode]) for mode in modes}
     absolute = all(math.isfinite(scale) for scale in scales.values())
-    flat = all(s.is_flat for s in spectra.values())
-    size = sum(t.values.size * (1 if flat else len(spectra[m].nm)) for m in modes for t in tables[m])
+    is_flat = all(s.is_flat for s in spectra.values())
+    size = sum(t.values.size * (1 if is_flat else len(spectra[m].nm)) for m in modes for t in tables[m])
     if size > MOST_VALUES:
         raise rows.wrong(f"tables times wavelengths are {size} values, more than {MOST_VALUES}: thin out the spectrum")
-    hemispheres_ = [h for m in modes for h in _bsdfs(m, places[m], tables[m], spectra[m], scales[m], absolute, flat)]
+    hemispheres_ = [h for m in modes for h in _bsdfs(m, places[m], tables[m], spectra[m], scales[m], absolute, is_flat)]
     if not all(np.isfinite(h.values).all() for h in hemispheres_):
-        raise rows.wrong("the spectrum scales values beyond all numbers")
-    history = [line for m in modes for line in _said(m, spectra[m], scales[m], absolute, flat)]
+        raise rows.wrong("the spectrum scales values to infinity")
+    history = [line for m in modes for line in _history(m, spectra[m], scales[m], absolute, is_flat)]
     history += divided([t for m in modes for t in tables[m]])
     turned = any(h.phi_i is not None for h in hemispheres_)
     attrs = {"symmetry": "anisotropic" if turned else "isotropic"}
@@ -82,82 +84,84 @@ def _read(path: Path) -> xr.Dataset:
     return hemispheres.dataset(hemispheres_, unit, provenance="\n".join(provenance), history=history, attrs=attrs)
 
 
-def _places(rows: Rows, mode: str) -> list[tuple[float, float]]:
+def _places(rows: SpeosLines, mode: str) -> list[tuple[float, float]]:
     """Anisotropy angle and incidence [deg] of each table of one mode, in order."""
-    found = []
+    places = []
     for anisotropy in _list(rows, f"anisotropy angles in {mode}", 0.0, 360.0):
-        found += [(anisotropy, theta_i) for theta_i in _list(rows, f"incidences in {mode}", 0.0, 90.0)]
-    return found
+        places += [(anisotropy, theta_i) for theta_i in _list(rows, f"incidences in {mode}", 0.0, 90.0)]
+    return places
 
 
-def _list(rows: Rows, expected: str, low: float, high: float) -> list[float]:
+def _list(rows: SpeosLines, expected: str, low: float, high: float) -> list[float]:
     (count,) = rows.counts(f"the number of {expected}")
     angles = rows.numbers(expected, count)
     return [float(a) + 0.0 for a in hemispheres.axis(rows.path, rows.line, angles, expected, low, high)]
 
 
-def _spectrum(rows: Rows) -> tuple[Spectrum, str]:
+def _spectrum(rows: SpeosLines) -> tuple[Spectrum, str]:
     """The spectrum of one mode and its description."""
     theta_i, anisotropy = rows.numbers("the angles of the spectrum", 2)
     hemispheres.axis(rows.path, rows.line, [theta_i], "the incidence of the spectrum", 0.0, 90.0)
     text = rows.text("the description of the spectrum").strip()
     (count,) = rows.counts("the number of wavelengths")
-    found = []
+    pairs = []
     for _ in range(count):
-        found.append(rows.numbers("a wavelength and its percentage", 2))
-        if found[-1][0] <= 0 or found[-1][1] < 0:
-            raise rows.wrong(f"{found[-1][1]:g} % at {found[-1][0]:g} nm: neither may be negative, nor nm zero")
-    nm = hemispheres.axis(rows.path, rows.line, [row[0] for row in found], "a wavelength", 0.0, math.inf)
+        pairs.append(rows.numbers("a wavelength and its percentage", 2))
+        if pairs[-1][0] <= 0 or pairs[-1][1] < 0:
+            raise rows.wrong(f"{pairs[-1][1]:g} % at {pairs[-1][0]:g} nm: neither may be negative, nor nm zero")
+    nm = hemispheres.axis(rows.path, rows.line, [row[0] for row in pairs], "a wavelength", 0.0, math.inf)
     up = np.argsort(nm)
-    return Spectrum(theta_i, anisotropy, nm[up], np.array([row[1] for row in found])[up] / 100), text
+    return Spectrum(theta_i, anisotropy, nm[up], np.array([row[1] for row in pairs])[up] / 100), text
 
 
 def _bsdfs(
     mode: str,
     places: Sequence[tuple[float, float]],
-    tables: Sequence[Table],
+    tables: Sequence[SpeosTable],
     spectrum: Spectrum,
     scale: float,
     absolute: bool,
-    flat: bool,
+    is_flat: bool,
 ) -> list[Hemisphere]:
-    """The tables of one mode in 1/sr, at each wavelength where the spectrum tells some apart."""
+    """The tables of one mode in 1/sr, once for each wavelength unless `is_flat`; unscaled unless `absolute`."""
     reference = int(spectrum.parts.argmax())
-    whole = close_to_one(scale * float(spectrum.parts[reference])) if absolute else 1.0
+    factor = close_to_one(scale * float(spectrum.parts[reference])) if absolute else 1.0
     turned = len({anisotropy for anisotropy, _ in places}) > 1 or places[0][0] != 0
     highest = float(spectrum.parts[reference])
     ratios = {
         float(n): rounded(float(p) / highest) if highest else 1.0
         for n, p in zip(spectrum.nm, spectrum.parts, strict=True)
     }
-    told: list[tuple[dict[str, str | float], float]] = [({"mode": mode}, 1.0)]
-    if not flat:
-        told = [({"mode": mode, "wavelength": n}, r) for n, r in ratios.items()]
-    found = []
-    for (anisotropy, theta_i), each in zip(places, tables, strict=True):
-        theta_r, phi, values = bsdf(each, whole)
+    sets_and_ratios: list[tuple[dict[str, str | float], float]] = [({"mode": mode}, 1.0)]
+    if not is_flat:
+        sets_and_ratios = [({"mode": mode, "wavelength": n}, r) for n, r in ratios.items()]
+    bsdfs = []
+    for (anisotropy, theta_i), stored in zip(places, tables, strict=True):
+        theta_r, phi, values = bsdf(stored, factor)
         phi_i = float(hemispheres.turned(HALF_TURN - anisotropy)) if turned else None
-        for sets, ratio in told:
+        for sets, ratio in sets_and_ratios:
             part = scaled(values, ratio)
-            found.append(Hemisphere(theta_i, theta_r, phi, part, phi_i=phi_i, sets=sets))
-    return found
+            bsdfs.append(Hemisphere(theta_i, theta_r, phi, part, phi_i=phi_i, sets=sets))
+    return bsdfs
 
 
-def _said(mode: str, spectrum: Spectrum, scale: float, absolute: bool, flat: bool) -> list[str]:
-    """How the values of one mode came about."""
+def _history(mode: str, spectrum: Spectrum, scale: float, absolute: bool, is_flat: bool) -> list[str]:
+    """Lines for the history: how the values of one mode were scaled."""
     at = f"at theta_i = {spectrum.theta_i:g} deg"
     if not absolute:
         return [f"{mode} is relative: the spectrum {at} cannot scale tables that do not go round, or hold no light"]
     highest = float(spectrum.parts.max())
     if close_to_one(scale * highest) == 1.0:
-        found = [f"the integral of the {mode} table {at} is the spectrum's {highest:.4%}"]
+        history = [f"the integral of the {mode} table {at} is the spectrum's {highest:.4%}"]
     else:
-        found = [f"{mode} scaled by {scale * highest:.6g}, so that its integral {at} is the spectrum's {highest:.4%}"]
-    if flat:
-        found.append(f"the {mode} spectrum is flat from {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} nm: no wavelength")
+        history = [f"{mode} scaled by {scale * highest:.6g}, so that its integral {at} is the spectrum's {highest:.4%}"]
+    if is_flat:
+        history.append(f"the {mode} spectrum is flat from {spectrum.nm[0]:g} to {spectrum.nm[-1]:g} nm: no wavelength")
     elif len(spectrum.nm) > 1:
-        found.append(f"at {len(spectrum.nm)} wavelengths one {mode} table times the spectrum, not as many measurements")
-    return found
+        history.append(
+            f"at {len(spectrum.nm)} wavelengths one {mode} table times the spectrum, not as many measurements"
+        )
+    return history
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
@@ -180,19 +184,23 @@ def _write(scan: xr.Dataset, path: Path) -> None:
     out += [" ".join("1" if mode in modes else "0" for mode in MODES), "1", *lists * len(modes)]
     tables = []
     for k, mode in enumerate(modes):
-        one, spectrum = separated(brdf.isel(mode=k), int(order[0]), TITLE)
-        out += [f"{in_words([spectrum[0]])} {in_words([turned[order[0]]])}", _named(scan, mode), str(len(spectrum[1]))]
+        base_table, spectrum = separated(brdf.isel(mode=k), int(order[0]), TITLE)
+        out += [
+            f"{in_words([spectrum[0]])} {in_words([turned[order[0]]])}",
+            _spectrum_description(scan, mode),
+            str(len(spectrum[1])),
+        ]
         out += spectrum[1]
         for i in order:
-            for part in one[:, i]:
+            for part in base_table[:, i]:
                 tables += directions.lines(mode, part)
     path.write_text("\n".join([*out, *tables, "End of file", ""]), encoding="utf-8", newline="\n")
 
 
-def _named(scan: xr.Dataset, mode: str) -> str:
+def _spectrum_description(scan: xr.Dataset, mode: str) -> str:
     start = f"{mode} spectrum: "
-    told = scan.attrs.get("provenance", "").splitlines()
-    return next((line.removeprefix(start) for line in told if line.startswith(start)), "")
+    lines = scan.attrs.get("provenance", "").splitlines()
+    return next((line.removeprefix(start) for line in lines if line.startswith(start)), "")
 
 
 FORMAT = Format(

@@ -1,9 +1,10 @@
-"""Speos complete scattering (.brdf), text mode: one table an incidence and wavelength, each with its percentage.
+"""Complete scattering of Ansys Speos (.brdf), text mode: a table with a percentage per incidence and wavelength.
 
-Rows, after the Ansys help and the converters and examples of optical-automation (ansys_bsdf): header, mode, comment,
-length and text of the description, flags of reflection and transmission, kind of values, the counts of incidences and
-wavelengths, their two lists; then, for each mode, incidence and wavelength (the last runs fastest) the percentage of
-light that the table holds, and the table. Where every wavelength has the same tables, no wavelength is given.
+The Ansys help documents the rows ("Structure of BRDF Files"), as do the converters and examples of optical-automation
+(ansys_bsdf): header, mode, comment, length and text of the description, flags of reflection and transmission, kind of
+values, the counts of incidences and wavelengths, their two lists; then, for each mode, incidence and wavelength (the
+last runs fastest), the percentage of light that the table scatters, and the table. Where every wavelength has the same
+tables, the scan gets no wavelength.
 """
 
 import math
@@ -21,7 +22,7 @@ from gonio.formats.hemispheres import Hemisphere, in_words
 from gonio.formats.speos.tables import (
     FLAT,
     MODES,
-    Table,
+    SpeosTable,
     bsdf,
     close_to_one,
     divided,
@@ -34,8 +35,8 @@ from gonio.formats.speos.tables import (
 from gonio.measured.dataset import ABSOLUTE, RELATIVE
 
 TITLE = "Speos BRDF"
-VERSIONS = ("9.0", "8.0")  # the last is the one that is written
-LEAST_INCIDENCES = 2  # as the help demands
+VERSIONS = ("9.0", "8.0")  # the last one is written
+LEAST_INCIDENCES = 2  # which the Ansys help requires
 _HEADER = re.compile(rb"(\xef\xbb\xbf)?\s*optis - brdf surface file v", re.IGNORECASE)
 
 Place = tuple[str, float, float]  # mode, theta_i [deg], nm
@@ -44,16 +45,16 @@ Place = tuple[str, float, float]  # mode, theta_i [deg], nm
 def _read(path: Path) -> xr.Dataset:
     rows, provenance = opened(path, "brdf", VERSIONS, lambda text: len(text.split()) == 2)
     flags = rows.flags("the flag of reflection", "the flag of transmission")
-    modes = [mode for mode, there in zip(MODES, flags, strict=True) if there]
+    modes = [mode for mode, is_present in zip(MODES, flags, strict=True) if is_present]
     if not modes:
         raise rows.wrong("holds neither reflection nor transmission")
     kind = int(rows.flags("the kind of values")[0])
     sizes = rows.counts("the number of incidences", "the number of wavelengths")
-    found = rows.numbers("the incidences", sizes[0])
-    incidences = hemispheres.axis(path, rows.line, found, "an incidence", 0.0, 90.0) + 0.0
-    found = rows.numbers("the wavelengths", sizes[1])
-    wavelengths = hemispheres.axis(path, rows.line, found, "a wavelength", math.ulp(0.0), math.inf)
-    tables: dict[Place, Table] = {}
+    numbers = rows.numbers("the incidences", sizes[0])
+    incidences = hemispheres.axis(path, rows.line, numbers, "an incidence", 0.0, 90.0) + 0.0
+    numbers = rows.numbers("the wavelengths", sizes[1])
+    wavelengths = hemispheres.axis(path, rows.line, numbers, "a wavelength", math.ulp(0.0), math.inf)
+    tables: dict[Place, SpeosTable] = {}
     scales: dict[Place, float] = {}
     for place in product(modes, incidences.tolist(), wavelengths.tolist()):
         (percent,) = rows.numbers("the percentage of light", 1)
@@ -65,10 +66,10 @@ def _read(path: Path) -> xr.Dataset:
     absolute = all(math.isfinite(scale) for scale in scales.values())
     hemispheres_ = _bsdfs(tables, scales if absolute else dict.fromkeys(scales, 1.0))
     if not all(np.isfinite(h.values).all() for h in hemispheres_):
-        raise rows.wrong("the percentages scale values beyond all numbers")
-    flat = len(wavelengths) > 1 and len(hemispheres_) == len(modes) * len(incidences)
-    history = _said(scales, absolute) + divided(list(tables.values()))
-    if flat:
+        raise rows.wrong("the percentages scale values to infinity")
+    is_flat = len(wavelengths) > 1 and len(hemispheres_) == len(modes) * len(incidences)
+    history = _history(scales, absolute) + divided(list(tables.values()))
+    if is_flat:
         low, high = wavelengths.min(), wavelengths.max()
         history.append(f"every table is the same from {low:g} to {high:g} nm: no wavelength")
     attrs = {"symmetry": "isotropic", "stored": f"{'BSDF' if kind else 'BSDF x cos(theta_r)'} times factors"}
@@ -76,24 +77,24 @@ def _read(path: Path) -> xr.Dataset:
     return hemispheres.dataset(hemispheres_, unit, provenance="\n".join(provenance), history=history, attrs=attrs)
 
 
-def _scale(found: Table, percent: float) -> float:
-    """What makes the integral of a table its percentage; NaN where there is nothing to scale by."""
-    if not percent and not found.values.any():
+def _scale(stored: SpeosTable, percent: float) -> float:
+    """The factor by which the integral of a table becomes its percentage; NaN where the table has no integral."""
+    if not percent and not stored.values.any():
         return 1.0
-    return close_to_one(reciprocal(found.integral) * percent / 100)
+    return close_to_one(reciprocal(stored.integral) * percent / 100)
 
 
-def _bsdfs(tables: dict[Place, Table], scales: dict[Place, float]) -> list[Hemisphere]:
-    """The tables in 1/sr; those of the first wavelength, without it, where all wavelengths have the same."""
-    found = []
-    for (mode, theta_i, nm), each in tables.items():
-        theta_r, phi, values = bsdf(each, scales[mode, theta_i, nm])
-        found.append(Hemisphere(theta_i, theta_r, phi, values, sets={"mode": mode, "wavelength": nm}))
+def _bsdfs(tables: dict[Place, SpeosTable], scales: dict[Place, float]) -> list[Hemisphere]:
+    """The tables in 1/sr; where all wavelengths have the same, those of the first one without its wavelength."""
+    bsdfs = []
+    for (mode, theta_i, nm), stored in tables.items():
+        theta_r, phi, values = bsdf(stored, scales[mode, theta_i, nm])
+        bsdfs.append(Hemisphere(theta_i, theta_r, phi, values, sets={"mode": mode, "wavelength": nm}))
     count = len({nm for _, _, nm in tables})
-    firsts = found[::count]
-    if count > 1 and all(_same(first, found[k * count : (k + 1) * count]) for k, first in enumerate(firsts)):
+    firsts = bsdfs[::count]
+    if count > 1 and all(_same(first, bsdfs[k * count : (k + 1) * count]) for k, first in enumerate(firsts)):
         return [Hemisphere(h.theta_i, h.theta_r, h.phi, h.values, sets={"mode": h.sets["mode"]}) for h in firsts]
-    return found
+    return bsdfs
 
 
 def _same(first: Hemisphere, others: Sequence[Hemisphere]) -> bool:
@@ -104,8 +105,8 @@ def _same(first: Hemisphere, others: Sequence[Hemisphere]) -> bool:
     )
 
 
-def _said(scales: dict[Place, float], absolute: bool) -> list[str]:
-    """How the values came about."""
+def _history(scales: dict[Place, float], absolute: bool) -> list[str]:
+    """Lines for the history: how the values were scaled."""
     if not absolute:
         return ["values are relative: the percentages cannot scale tables that do not go round, or hold no light"]
     factors = sorted({scale for scale in scales.values() if scale != 1.0})

@@ -1,6 +1,7 @@
-"""The blocks of an SSDD file: entries and tables as they stand there, checked against the file's size.
+"""Reading the blocks of an SSDD file: their entries and tables as stored, checked against the size of the file.
 
-The specification is SsddFileFormatSpecification.md, version 0.3, of the public project libbsdf.
+The specification is SsddFileFormatSpecification.md, version 0.3, of the public project libbsdf. A table is text or
+float32 (little-endian); PARAM0 runs fastest, then PARAM1, PARAM2 and PARAM3.
 """
 
 import math
@@ -20,19 +21,19 @@ Values = npt.NDArray[np.float64]
 
 KINDS = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS = {"monochrome": ("",), "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z"), "spectrum": ()}
-SYSTEMS = ("spherical", "specular", "half_difference", "distorted_spherical")  # each _coordinate_system
-STEP = 1e-9  # between the numbers of a list: of what is closer, 180 degrees away nothing is left
+SYSTEMS = ("spherical", "specular", "half_difference", "distorted_spherical")  # each followed by _coordinate_system
+STEP = 1e-9  # least step in a list: that of closer numbers is lost to rounding when 180 is added
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
 _OF_A_BLOCK = (*LISTS, "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA", "VERSION")
-LONGEST_LINE = 1_000_000  # bytes; lists of angles are long lines
+LONGEST_LINE = 1_000_000  # bytes; a list of angles is one long line
 _BATCH = 65_536  # bytes of a table that are read at once
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _REMARK = re.compile(r"(?:^|\s)#(?:\s|$)")
 
 
 @dataclass
-class Block:
-    """One kind of data: entries of its head, and its table (PARAM3, 2, 1, 0, colour)."""
+class SsddBlock:
+    """One block of an SSDD file: the entries of its head, and its values (PARAM3, PARAM2, PARAM1, PARAM0, colour)."""
 
     kind: str
     colours: str = ""
@@ -44,19 +45,19 @@ class Block:
 
     @property
     def params(self) -> list[Values]:
-        """PARAM0 to PARAM3 [deg]; one 0 where a list is not there."""
+        """PARAM0 to PARAM3 [deg]; a single 0 where a list is missing."""
         return [self.lists.get(f"PARAM{k}_LIST", np.zeros(1)) for k in range(4)]
 
     @property
     def sets(self) -> dict[str, npt.NDArray]:
-        """The coordinate along which the colours lie: wavelength [nm], channel, or none."""
+        """The coordinate that distinguishes the colours: wavelength [nm], channel, or none."""
         if self.colours == "spectrum":
             return {"wavelength": self.lists["WAVELENGTH_LIST"]}
         return {} if self.colours == "monochrome" else {"channel": np.array(COLOURS[self.colours])}
 
 
 class _Lines:
-    """A cursor over a file in which lines of text and binary tables follow each other."""
+    """A cursor over a file in which lines of text and binary tables alternate."""
 
     def __init__(self, path: Path, data: mmap.mmap) -> None:
         self.path, self.data = path, data
@@ -65,9 +66,11 @@ class _Lines:
 
     @property
     def where(self) -> str:
+        """The place for messages: the line, or after a binary table the byte."""
         return f"line {max(self.line, 1)}" if self.is_counting else f"byte {self.start}"
 
     def wrong(self, what: str) -> FormatError:
+        """The error to raise for what is wrong at this place."""
         return FormatError(self.path, what, self.where)
 
     def next(self) -> str | None:
@@ -76,10 +79,10 @@ class _Lines:
             return None
         self.start = self.at
         self.line += 1
-        found = _LINE_END.search(self.data, self.at, self.at + LONGEST_LINE)
-        if found is None and len(self.data) - self.at > LONGEST_LINE:
+        line_end = _LINE_END.search(self.data, self.at, self.at + LONGEST_LINE)
+        if line_end is None and len(self.data) - self.at > LONGEST_LINE:
             raise self.wrong(f"is longer than {LONGEST_LINE} bytes: this is no line of text")
-        end, self.at = found.span() if found else (len(self.data), len(self.data))
+        end, self.at = line_end.span() if line_end else (len(self.data), len(self.data))
         raw = self.data[self.start : end]
         if b"\0" in raw:
             raise self.wrong("holds zero bytes where text was expected")
@@ -89,19 +92,20 @@ class _Lines:
             raise self.wrong("is not UTF-8 text") from error
 
     def entries(self, remarks: list[str]) -> Iterator[str]:
-        """Lines that say something, without remarks; those that stand alone are kept in `remarks`."""
+        """The lines with an entry, without its remark; a remark on a line of its own is appended to `remarks`."""
         while (text := self.next()) is not None:
-            said, *remark = _REMARK.split(text, maxsplit=1)
-            if said.strip():
-                yield said.strip()
+            entry, *remark = _REMARK.split(text, maxsplit=1)
+            if entry.strip():
+                yield entry.strip()
             elif remark and remark[0].strip():
                 remarks.append(remark[0].strip())
 
     def binary(self, count: int) -> Values:
+        """A table of `count` numbers in float32, after a check of the size of the file."""
         self.start, self.is_counting = self.at, False
-        left = len(self.data) - self.at
-        if 4 * count > left:
-            raise self.wrong(f"the table needs {4 * count} bytes, and the file has {left} left there")
+        remaining = len(self.data) - self.at
+        if 4 * count > remaining:
+            raise self.wrong(f"the table needs {4 * count} bytes, and the file has {remaining} left there")
         raw = self.data[self.at : self.at + 4 * count]
         self.at += 4 * count
         values = np.frombuffer(raw, dtype="<f4")
@@ -110,33 +114,34 @@ class _Lines:
         return values.astype(float)
 
     def ascii(self, rows: int, width: int) -> Values:
+        """A table of text, `rows` lines of `width` numbers, as one array (rows * width,)."""
         if rows * 2 * width > len(self.data) - self.at + 1:
             raise self.wrong(f"the lists promise {rows} lines of values, more than the file is long")
-        found: list[float] = []
+        values: list[float] = []
         source = self.entries([])
         k = 0
         while k < rows:
             if batch := self._batch(rows - k, width):
-                found += batch
+                values += batch
                 k += len(batch) // width
                 continue
             words = next(source, "").split()
             if len(words) != width:
-                what = f"{len(words)} values where a colour has {width}" if words else "the file ends"
-                raise self.wrong(f"{what}, in line {k + 1} of the {rows} lines of the table")
-            found += self.numbers(words, f"value in line {k + 1} of the table")
+                problem = f"{len(words)} values where a colour has {width}" if words else "the file ends"
+                raise self.wrong(f"{problem}, in line {k + 1} of the {rows} lines of the table")
+            values += self.numbers(words, f"value in line {k + 1} of the table")
             k += 1
-        return np.array(found)
+        return np.array(values)
 
     def _batch(self, rows: int, width: int) -> list[float]:
-        """The values of many lines at once; none, and nothing taken, where a line is not as expected."""
+        """The values of many lines at once, which is fast; none, without moving, where a line is not as expected."""
         chunk = self.data[self.at : self.at + _BATCH]
         if chunk.count(b"\r") != chunk.count(b"\r\n") or b"_" in chunk:
             return []
-        found: list[float] = []
+        values: list[float] = []
         length = lines = 0
         for raw in chunk.split(b"\n")[:-1]:
-            if len(found) == rows * width:
+            if len(values) == rows * width:
                 break
             length += len(raw) + 1
             lines += 1
@@ -144,35 +149,36 @@ class _Lines:
             if (words and b"#" in raw) or len(words) not in (0, width):
                 return []
             try:
-                found += map(float, words)
+                values += map(float, words)
             except ValueError:
                 return []
-        if not all(map(math.isfinite, found)):
+        if not all(map(math.isfinite, values)):
             return []
-        if found:
+        if values:
             self.at += length
             self.line += lines
-        return found
+        return values
 
     def numbers(self, words: list[str], expected: str) -> list[float]:
+        """The finite numbers that the words are."""
         try:
-            found = list(map(float, words))
+            values = list(map(float, words))
         except ValueError:
-            found = [math.nan]
-        if not all(map(math.isfinite, found)) or "_" in "".join(words):
+            values = [math.nan]
+        if not all(map(math.isfinite, values)) or "_" in "".join(words):
             try:
                 return [number(self.path, self.line, word, expected) for word in words]
             except FormatError as error:
                 raise self.wrong(error.what) from error
-        return found
+        return values
 
 
-def read_blocks(path: Path) -> tuple[list[Block], list[str]]:
-    """The blocks of a file, each kind once, and the lines of its provenance; FormatError with the line or byte."""
+def read_blocks(path: Path) -> tuple[list[SsddBlock], list[str]]:
+    """The blocks of a file, each kind once, and its lines of provenance. Raises FormatError with the line or byte."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         lines = _Lines(path, data)
         notes: list[str] = []
-        blocks: list[Block] = []
+        blocks: list[SsddBlock] = []
         source = lines.entries(notes)
         version = next(source, "").split()
         if len(version) != 2 or version[0] != "VERSION" or not re.fullmatch(r"\d{1,4}\.\d{1,4}", version[1]):
@@ -199,14 +205,14 @@ def _one_of(lines: _Lines, key: str, rest: str, allowed: tuple[str, ...]) -> str
     return rest.strip()
 
 
-def _block(lines: _Lines, kind: str, notes: list[str]) -> Block:
-    """The entries from DATA_TYPE to DATA, and the table."""
-    block = Block(kind)
+def _block(lines: _Lines, kind: str, notes: list[str]) -> SsddBlock:
+    """Read the entries from DATA_TYPE to DATA, and the table."""
+    block = SsddBlock(kind)
     for entry in lines.entries(notes):
         key, _, rest = entry.partition(" ")
         if key in LISTS:
             if key in block.lists:
-                raise lines.wrong(f"{key} is there twice")
+                raise lines.wrong(f"{key} occurs twice")
             block.lists[key] = np.array(lines.numbers(rest.split(), f"a number of {key}"))
             _check_list(lines, key, block.lists[key])
         elif key == "COLOR_MODEL":
@@ -239,8 +245,8 @@ def _check_list(lines: _Lines, key: str, values: Values) -> None:
         raise lines.wrong(f"{key} has numbers outside {low} to {high:g}")
 
 
-def _with_table(lines: _Lines, block: Block, mode: str) -> Block:
-    """The block with its table, whose size is checked first."""
+def _with_table(lines: _Lines, block: SsddBlock, mode: str) -> SsddBlock:
+    """The block with its table, which is read after a check of its size."""
     _check_block(lines, block)
     params = [1 if block.kind.startswith("specular") and k > 1 else len(p) for k, p in enumerate(block.params)]
     width = len(block.lists["WAVELENGTH_LIST"]) if block.colours == "spectrum" else len(COLOURS[block.colours])
@@ -248,12 +254,12 @@ def _with_table(lines: _Lines, block: Block, mode: str) -> Block:
     count = int(np.prod([int(n) for n in shape], dtype=object))
     if count > MOST_VALUES:
         raise lines.wrong(f"the lists promise {count} values, more than {MOST_VALUES}")
-    found = lines.binary(count) if mode == "binary" else lines.ascii(count // width, width)
-    block.values = found.reshape(shape)
+    values = lines.binary(count) if mode == "binary" else lines.ascii(count // width, width)
+    block.values = values.reshape(shape)
     return block
 
 
-def _check_block(lines: _Lines, block: Block) -> None:
+def _check_block(lines: _Lines, block: SsddBlock) -> None:
     if not block.colours or "PARAM0_LIST" not in block.lists:
         raise lines.wrong(f"the block {block.kind} has no {'PARAM0_LIST' if block.colours else 'COLOR_MODEL'}")
     if block.colours == "spectrum" and "WAVELENGTH_LIST" not in block.lists:

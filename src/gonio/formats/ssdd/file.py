@@ -1,4 +1,4 @@
-"""SSDD, surface scattering distribution data (.ssdd): up to a BRDF, a BTDF and two specular tables in one file.
+"""SSDD, surface scattering distribution data (.ssdd) of the library libbsdf: BRDF, BTDF and two specular tables.
 
     VERSION 0.3
     DATA_TYPE brdf
@@ -11,10 +11,13 @@
     0.3183
     ..
 
-A grid stays one in the coordinates that the file names; distorted ones, those about refracted directions (PARAM4) and
-blocks on different grids become flat. Reductions that a grid cannot say are filled in. Of a file that scatters, the
-specular tables are left out with a word. Tables are written in text, and in binary where that loses no digit and the
-table is large.
+libbsdf documents the layout (SsddFileFormatSpecification.md, version 0.3). A file has up to four blocks, one of each
+kind.
+
+A grid is kept in the coordinates that the file names. Distorted coordinates, those about refracted directions (PARAM4)
+and blocks on different grids become flat scans. Values that a symmetry (REDUCTION_TYPE) leaves out are filled in where
+a grid cannot state the symmetry. Where a file has a BRDF or BTDF, its specular tables are left out and the history says
+so. Tables are written as text; a large table is binary where float32 holds every value exactly.
 """
 
 import re
@@ -27,9 +30,9 @@ import xarray as xr
 from gonio.door.text import remark_lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
-from gonio.formats.mirror_grid import mirror_grid, own_grid
+from gonio.formats.mirror_grid import existing_grid, mirror_grid
 from gonio.formats.specular_scan import specular_scan
-from gonio.formats.ssdd.blocks import COLOURS, Block, read_blocks
+from gonio.formats.ssdd.blocks import COLOURS, SsddBlock, read_blocks
 from gonio.formats.ssdd.scan import MODES, NAMES, ORDER, below_horizon, joined, relative_azimuths, scattering
 from gonio.measured.coordinates import system_of
 from gonio.measured.dataset import ABSOLUTE, add_history, unit
@@ -37,7 +40,7 @@ from gonio.measured.dataset import ABSOLUTE, add_history, unit
 Values = npt.NDArray[np.float64]
 
 VERSION = "0.3"
-FEW_VALUES = 10_000  # a table of fewer is text, which people can read
+FEW_VALUES = 10_000  # a table of fewer values is text, which people can read
 _ENTRY = re.compile(r"(?:SOFTWARE|API|DATE|NAME|SOURCE_TYPE|DEVICE|CREATION_DATE|MEASUREMENT_DATE) [^#]+")
 
 
@@ -61,8 +64,8 @@ def _read(path: Path) -> xr.Dataset:
     return scan.assign_attrs(provenance="\n".join(notes))
 
 
-def _specular(path: Path, blocks: list[Block]) -> xr.Dataset:
-    """The scan of the first specular table, where a file has nothing else."""
+def _specular(path: Path, blocks: list[SsddBlock]) -> xr.Dataset:
+    """The scan of the first specular table, for a file that has nothing else."""
     block = blocks[0]
     if len(block.params[1]) > 1:
         raise FormatError(
@@ -72,16 +75,16 @@ def _specular(path: Path, blocks: list[Block]) -> xr.Dataset:
     if np.any(values < 0) or not values.any():
         raise FormatError(path, "reflectances below zero, or all of them zero", block.where)
     scan = specular_scan(block.params[0], values, block.sets, block.kind.endswith("transmittance"))
-    left = [b.kind.replace("_", " ") for b in blocks[1:]]
-    return add_history(scan, f"the table of the {left[0]} is left out") if left else scan
+    left_out = [b.kind.replace("_", " ") for b in blocks[1:]]
+    return add_history(scan, f"the table of the {left_out[0]} is left out") if left_out else scan
 
 
 def _layout(scan: xr.Dataset) -> xr.Dataset:
-    found = own_grid(scan, *NAMES.values())
-    is_turned = found is not None and {"phi", "phi_i"} <= set(found.dims)
-    if found is None or (is_turned and relative_azimuths(scan["phi"].values, -scan["phi_i"].values) is None):
+    existing = existing_grid(scan, *NAMES.values())
+    is_turned = existing is not None and {"phi", "phi_i"} <= set(existing.dims)
+    if existing is None or (is_turned and relative_azimuths(scan["phi"].values, -scan["phi_i"].values) is None):
         return mirror_grid(scan)
-    return found
+    return existing
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
@@ -111,17 +114,17 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 
 
 def _head(scan: xr.Dataset) -> str:
-    """The entries of a block from COLOR_MODEL on."""
+    """The entries of a block, from COLOR_MODEL to the last list."""
     system = system_of(scan)
     assert system is not None
     axes = [scan[a].values if a in scan["brdf"].dims else np.zeros(1) for a in system.axes]
     if system.name == "spherical" and "phi_i" in scan["brdf"].dims:
         axes[2] = _absolute(scan)[0]
-    named = next(n for n, name in NAMES.items() if name == system.name)
+    system_name = next(n for n, name in NAMES.items() if name == system.name)
     lines = [f"COLOR_MODEL {_colours(scan)}"]
     if _colours(scan) == "spectrum":
         lines.append(f"WAVELENGTH_LIST {_row(np.sort(np.atleast_1d(scan['wavelength'].values)))}")
-    lines.append(f"PARAM_TYPE {named}_coordinate_system")
+    lines.append(f"PARAM_TYPE {system_name}_coordinate_system")
     phi = axes[2]
     if system.name == "half-difference" and phi[-1] < 180 and 0 < phi[0] + 180 - phi[-1] <= 45:
         lines.append("REDUCTION_TYPE reciprocity")
@@ -137,23 +140,23 @@ def _colours(scan: xr.Dataset) -> str:
     if "wavelength" in scan.coords:
         return "spectrum"
     names = tuple(np.atleast_1d(scan["channel"].values).tolist()) if "channel" in scan.coords else ("",)
-    found = next((c for c, known in COLOURS.items() if known == names), "")
-    if not found:
+    model = next((c for c, known in COLOURS.items() if known == names), "")
+    if not model:
         raise ValueError(f"an SSDD file has the channels R, G, B, or X, Y, Z, or wavelengths, not {', '.join(names)}")
-    return found
+    return model
 
 
 def _absolute(scan: xr.Dataset) -> tuple[Values, npt.NDArray[np.intp]]:
-    found = relative_azimuths(scan["phi"].values, -scan["phi_i"].values)
-    if found is None:
+    azimuths = relative_azimuths(scan["phi"].values, -scan["phi_i"].values)
+    if azimuths is None:
         raise ValueError(
-            "the azimuths phi do not turn along with phi_i: an SSDD file has one list for all; gonio.convert"
+            "the azimuths phi do not shift with phi_i, and an SSDD file has one list for all: use gonio.convert"
         )
-    return found
+    return azimuths
 
 
 def _table(brdf: xr.DataArray, axes: list[str], scan: xr.Dataset) -> bytes:
-    """DATA and the table (PARAM3, 2, 1, 0, colour), in binary where float32 holds every value and there are many."""
+    """The entry DATA and the table (PARAM3, 2, 1, 0, colour); binary where it is large and float32 is exact."""
     colour = [n for n in ("wavelength", "channel") if n in brdf.dims]
     values = brdf.sortby(colour[0]) if colour == ["wavelength"] else brdf
     ordered = np.nan_to_num(values.transpose(*axes, *colour).values.astype(float))

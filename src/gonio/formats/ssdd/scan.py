@@ -1,4 +1,7 @@
-"""The blocks of an SSDD file as one scan: dense in the coordinates that the file names, flat where they are no grid."""
+"""The blocks of an SSDD file as one scan: dense in the file's coordinates, flat where gonio has no such grid.
+
+The coordinates and the symmetries are those of libbsdf's SsddFileFormatSpecification.md.
+"""
 
 import functools
 from pathlib import Path
@@ -8,7 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.files import FormatError
-from gonio.formats.ssdd.blocks import Block
+from gonio.formats.ssdd.blocks import SsddBlock
 from gonio.measured.coordinates import SYSTEMS, grid, system_of
 from gonio.measured.dataset import ABSOLUTE, HORIZON, add_history, flatten
 
@@ -16,17 +19,17 @@ Values = npt.NDArray[np.float64]
 
 MODES = {"brdf": "reflection", "btdf": "transmission"}
 NAMES = {"spherical": "spherical", "specular": "specular", "half_difference": "half-difference"}  # SSDD's: gonio's
-ORDER = (0, 2, 3, 1)  # axes of gonio's systems among PARAM0 to PARAM3
-_SAME = 1e-9  # deg, between azimuths of the circle
+ORDER = (0, 2, 3, 1)  # the PARAM list for each axis of gonio's coordinate systems
+_SAME = 1e-9  # deg; azimuths that differ by less are one
 
 
-def scattering(path: Path, block: Block) -> xr.Dataset:
-    """One block as a scan of one mode, dense where its coordinates are those of a grid."""
+def scattering(path: Path, block: SsddBlock) -> xr.Dataset:
+    """One block as a scan of one mode, dense where its coordinates are a grid. Raises FormatError where all is zero."""
     if not block.values.any():
         raise FormatError(path, f"every {block.kind} value is zero: the detector saw nothing", block.where)
     values = np.moveaxis(block.values, -1, 0)
     values = values.transpose(0, *(4 - k for k in ORDER))  # set, PARAM0, PARAM2, PARAM3, PARAM1
-    phi, rows, said = _whole(block)
+    phi, rows, history = _filled_azimuths(block)
     values = values[:, :, :, rows]
     params = [*block.params[:3], phi]
     directions, values, more = _directions(block, params, values)
@@ -44,7 +47,7 @@ def scattering(path: Path, block: Block) -> xr.Dataset:
     if "node" in dims:
         scan = flatten(scan)
     left_out = [f"{lost} values of the {block.kind} below the horizon left out"] if lost else []
-    return functools.reduce(add_history, [*said, *more, *left_out], scan)
+    return functools.reduce(add_history, [*history, *more, *left_out], scan)
 
 
 def _dimensions(directions: xr.Dataset) -> tuple[str, ...]:
@@ -54,39 +57,47 @@ def _dimensions(directions: xr.Dataset) -> tuple[str, ...]:
 
 
 def below_horizon(directions: xr.Dataset, dims: tuple[str, ...]) -> npt.NDArray[np.bool_]:
-    """Which nodes have one of their two directions below the horizon, on the dimensions in this order."""
+    """Which nodes have one of their two directions below the horizon, as an array over `dims` in this order."""
     below = (directions["theta_r"] > HORIZON) | (directions["theta_i"] > HORIZON)
     full = xr.DataArray(np.zeros([directions.sizes[d] for d in dims]), dims=dims)
     return below.drop_vars(below.coords).broadcast_like(full).transpose(*dims).values
 
 
-def _whole(block: Block) -> tuple[Values, npt.NDArray[np.intp], list[str]]:
-    """The azimuths PARAM3 [deg] with what reductions left out where a grid cannot say it; the row of each; in words."""
+def _filled_azimuths(block: SsddBlock) -> tuple[Values, npt.NDArray[np.intp], list[str]]:
+    """The azimuths PARAM3 [deg], the row of the table for each, and lines for the history.
+
+    Azimuths that a symmetry leaves out are added where a grid cannot state the symmetry.
+    """
     phi = block.params[3]
     rows = np.arange(len(phi))
-    said = []
+    history = []
     if "reciprocity" in block.reductions:
         if "bilateral_symmetry" in block.reductions:
             other = rows[phi < 90][::-1]
             phi, rows = np.concatenate([phi, 180 - phi[other]]), np.concatenate([rows, other])
-            said = ["azimuths phi_d from 90 to 180 deg filled in by the reciprocity and symmetry that the file states"]
+            history = [
+                "azimuths phi_d from 90 to 180 deg filled in by the reciprocity and symmetry that the file states"
+            ]
         elif phi[-1] == 180 or phi[0] + 180 - phi[-1] > 45:
             other = rows[phi > 0] if phi[-1] == 180 else rows
             phi, rows = np.concatenate([phi, 180 + phi[other]]), np.concatenate([rows, other])
-            said = ["azimuths phi_d beyond 180 deg filled in by the reciprocity that the file states"]
+            history = ["azimuths phi_d beyond 180 deg filled in by the reciprocity that the file states"]
     if "bilateral_symmetry" in block.reductions and _is_flat(block):
         other = rows[(block.params[3] > 0) & (block.params[3] < 180)][::-1]
         phi, rows = np.concatenate([phi, 360 - phi[other]]), np.concatenate([rows, other])
-        said = ["azimuths beyond 180 deg filled in by the symmetry that the file states"]
-    return phi, rows, said
+        history = ["azimuths beyond 180 deg filled in by the symmetry that the file states"]
+    return phi, rows, history
 
 
-def _is_flat(block: Block) -> bool:
+def _is_flat(block: SsddBlock) -> bool:
     return block.system == "distorted_spherical" or "PARAM4_LIST" in block.lists
 
 
-def _directions(block: Block, params: list[Values], values: Values) -> tuple[xr.Dataset, Values, list[str]]:
-    """The coordinates of a block, and its values (set, ..) on their dimensions; `node` ends those that are no grid."""
+def _directions(block: SsddBlock, params: list[Values], values: Values) -> tuple[xr.Dataset, Values, list[str]]:
+    """The coordinates of a block, its values (set, ..) on their dimensions, and lines for the history.
+
+    Coordinates that are no grid have a last dimension `node`.
+    """
     is_turned = "PARAM1_LIST" in block.lists and (len(params[1]) > 1 or params[1][0] != 0)
     if not is_turned:
         values = values[..., 0]
@@ -103,8 +114,8 @@ def _directions(block: Block, params: list[Values], values: Values) -> tuple[xr.
     return _unordered(block, params, is_turned), values[..., None], ["directions on no grid of gonio's: made flat"]
 
 
-def _unordered(block: Block, params: list[Values], is_turned: bool) -> xr.Dataset:
-    """Directions by node for what is no grid of gonio's: distorted, refracted, or azimuths that do not turn along."""
+def _unordered(block: SsddBlock, params: list[Values], is_turned: bool) -> xr.Dataset:
+    """The directions of each node where gonio has no such grid: distorted or refracted, or phi varies with phi_i."""
     dims = ("p0", "p2", "p3", "p1") if is_turned else ("p0", "p2", "p3")
     nodes = np.ix_(*(params[k] for k in ORDER if k != 1 or is_turned))
     theta_i, second, azimuth = nodes[:3]
@@ -117,8 +128,8 @@ def _unordered(block: Block, params: list[Values], is_turned: bool) -> xr.Datase
     else:
         theta_r, phi = _undistorted(theta_i + offset, second, azimuth, phi_i)
     full = tuple(np.broadcast_shapes(*(n.shape for n in nodes)))
-    named = {"theta_i": theta_i, "theta_r": theta_r, "phi": phi} | ({"phi_i": phi_i} if is_turned else {})
-    coords = {n: ((*dims, "node"), np.broadcast_to(v, full)[..., None].copy(), _DEGREE) for n, v in named.items()}
+    angles = {"theta_i": theta_i, "theta_r": theta_r, "phi": phi} | ({"phi_i": phi_i} if is_turned else {})
+    coords = {n: ((*dims, "node"), np.broadcast_to(v, full)[..., None].copy(), _DEGREE) for n, v in angles.items()}
     return xr.Dataset(coords=coords)
 
 
@@ -126,9 +137,10 @@ _DEGREE = {"units": "degree"}
 
 
 def _undistorted(mirror: Values, theta: Values, azimuth: Values, phi_i: Values) -> tuple[Values, Values]:
-    """theta_r and phi [deg] of distorted angles: polar on a disk whose centre is moved to the mirror direction.
+    """theta_r and phi [deg] of distorted spherical coordinates: polar ones on a disk that is shifted at its centre.
 
-    On the disk the radius is the polar angle over 90 deg; towards its rim the centre moves back.
+    On the disk the radius is the polar angle over 90 deg. Its centre is moved to the mirror direction; the shift
+    decreases linearly to zero at the rim.
     """
     radius, turn, away = theta / 90.0, np.radians(azimuth), np.radians(phi_i + 180.0)
     x = radius * np.cos(turn) + (1 - radius) * mirror / 90.0 * np.cos(away)
@@ -138,9 +150,9 @@ def _undistorted(mirror: Values, theta: Values, azimuth: Values, phi_i: Values) 
 
 
 def relative_azimuths(azimuths: Values, phi_i: Values) -> tuple[Values, npt.NDArray[np.intp]] | None:
-    """Azimuths [deg] from those of the incident light, and where each lies (new, phi_i); None where they differ.
+    """Azimuths [deg] relative to phi_i, and their indices (new, phi_i); None where they differ with phi_i.
 
-    With both signs: of phi_r from phi_i, or with -phi_i of phi from phi_r.
+    It works both ways: phi from `azimuths` phi_r and phi_i, and phi_r from phi and -phi_i.
     """
     turned = (azimuths[:, None] - phi_i) % 360.0
     turned = np.where(turned > 360.0 - _SAME, 0.0, turned)
@@ -152,7 +164,7 @@ def relative_azimuths(azimuths: Values, phi_i: Values) -> tuple[Values, npt.NDAr
 
 
 def joined(scans: list[xr.Dataset]) -> xr.Dataset:
-    """The scans of both modes as one: dense where their grids and sets are the same, else flat."""
+    """The scans of one or both modes as one: dense where their grids and sets are the same, else flat."""
     first, *others = scans
     if not others:
         return first
@@ -174,7 +186,7 @@ def joined(scans: list[xr.Dataset]) -> xr.Dataset:
     flats = [f.isel(direction=np.flatnonzero(f["theta_i"].values <= HORIZON)) for f in flats]
     if len({frozenset(f.coords) & {"wavelength", "channel"} for f in flats}) > 1:
         flats = [_by_channel(f) for f in flats]
-        past.append("blocks with different colour models: colours and wavelengths told by channel")
+        past.append("blocks with different colour models: colours and wavelengths distinguished by channel")
     if any("phi_i" in f.coords for f in flats):
         flats = [f if "phi_i" in f.coords else f.assign_coords(phi_i=f["phi"] * 0.0) for f in flats]
     past.append("blocks on different grids: made flat")
@@ -185,7 +197,7 @@ def joined(scans: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _by_channel(flat: xr.Dataset) -> xr.Dataset:
-    """The scan with a `channel` whatever its colours: a wavelength as text, `Y` where it has no colour."""
+    """The scan with a coordinate `channel`: a wavelength becomes text, a scan without colours gets `mono`."""
     if "channel" in flat.coords:
         return flat
     count = flat.sizes["direction"]

@@ -17,6 +17,7 @@ from gonio.portable import cores
 
 PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
 PART_ON_DEVICE = 2**24  # pairs of JAX arrays at once
+PART_ON_GPU = 2**26  # the same on a GPU, which computes them in the time that it takes to begin
 BLOCK = 2**13  # pairs at once in NumPy: their intermediate results fit into a processor's cache
 LEAST = 2**10  # fewest pairs that code is compiled for
 ALIGNED = 64  # bytes: XLA reads NumPy's memory in place where it begins at a multiple of this
@@ -182,7 +183,7 @@ def _compiled(model: Model) -> Callable[..., Array]:
 def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array | None) -> Array:
     """In one call, or part by part into one array that each part passes on to the next: no array leaves its device."""
     jax = _jax()
-    device_used, length = _device(jax, device), chunk or PART_ON_DEVICE
+    device_used = _device(jax, device)
     if pairs.count > INDEXED:
         raise ValueError(f"compiled code counts {INDEXED} pairs of JAX arrays: evaluate {pairs.count} in several calls")
     with jax.enable_x64(pairs.dtype == np.float64), jax.default_device(device_used):
@@ -190,6 +191,8 @@ def _from_device(model: Model, pairs: Pairs, device: str, chunk: int, out: Array
             jax.device_put(part, device_used) if device_used and is_jax_array(part) else part for part in pairs.operands
         ]
         result = jax.numpy.empty(pairs.shape, pairs.dtype) if out is None else out
+        on_cpu = next(iter(result.devices())).platform == "cpu"
+        length = chunk or (PART_ON_DEVICE if on_cpu else PART_ON_GPU)
         if pairs.count <= length:
             return _compiled(model)(result, *pairs.packed(operands), shape=pairs.shape)
         result = _reshaped((-1,))(result)

@@ -1,9 +1,9 @@
 """Many pairs of directions and values that belong to them: checked, and read part by part."""
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from array_api_compat import is_jax_array
@@ -44,7 +44,15 @@ class Pairs:
 
         `probe` is `probed`, or the same compiled.
         """
-        wi, wo = _direction("wi", wi, probe), _direction("wo", wo, probe)
+        wi, wo = _direction("wi", wi), _direction("wo", wo)
+        # Both samples are asked for before either is read: each answer of a GPU takes as long as a million pairs.
+        samples = [probe(parts) if math.prod(_shape(parts)) else () for parts in (wi, wo)]
+        for part in itertools.chain(*samples):
+            if is_jax_array(part):
+                part.copy_to_host_async()
+        for name, sample in zip(("wi", "wo"), samples, strict=True):
+            if sample:
+                _refuse_other_lengths(name, sample)
         arrays = {name: _array(value) for name, value in values.items()}
         shape = np.broadcast_shapes(_shape(wi), _shape(wo), *(np.shape(value) for value in arrays.values()))
         return cls(wi, wo, arrays, shape, _dtype(precision, (*wi, *wo)))
@@ -84,7 +92,7 @@ class Pairs:
             return lambda a, b: same
         full = np.broadcast_to(part, self.shape + tail)
         steps = [(n, step) for n, step in zip(full.shape, full.strides, strict=True) if n > 1]
-        if all(step == n * inner for (_, step), (n, inner) in pairwise(steps)):
+        if all(step == n * inner for (_, step), (n, inner) in itertools.pairwise(steps)):
             flat = full.reshape(-1, *tail)  # a view
             return lambda a, b: _filled(np.ascontiguousarray(flat[a:b], dtype), b - a)
         return lambda a, b: _filled(
@@ -119,20 +127,23 @@ def _array(value: Array) -> Array:
     return value if is_jax_array(value) else np.asarray(value)
 
 
-def _direction(name: str, vectors: Array, probe: Probe) -> Parts:
-    """Directions as arrays; ValueError for a wrong shape, a vector that is no unit vector, or a traced array."""
+def _direction(name: str, vectors: Array) -> Parts:
+    """Directions as arrays; ValueError for a wrong shape, or a traced array."""
     parts = tuple(map(_array, vectors if isinstance(vectors, tuple) else (vectors,)))
     if len(parts) != 3 and not (len(parts) == 1 and np.shape(parts[0])[-1:] == (3,)):
         raise ValueError(f"{name} is an array (..., 3) of unit vectors, or a tuple of three arrays: x, y and z")
     if any("Tracer" in type(part).__name__ for part in parts):
         raise ValueError("JAX traces these directions: inside a traced function, call the model itself")
-    if math.prod(_shape(parts)):
-        xyz = components(tuple(np.asarray(part, dtype=np.float64) for part in probe(parts)))
-        length = np.sqrt(sum(component**2 for component in xyz))
-        wrong = length[np.abs(length - 1) > 1e-3]  # a NaN is not wrong: the BRDF of a masked direction is NaN
-        if wrong.size:
-            raise ValueError(f"{name} has a vector of length {wrong[0]:.4g}: directions are unit vectors")
     return parts
+
+
+def _refuse_other_lengths(name: str, sample: Parts) -> None:
+    """ValueError where one of some directions is no unit vector."""
+    xyz = components(tuple(np.asarray(part, dtype=np.float64) for part in sample))
+    length = np.sqrt(sum(component**2 for component in xyz))
+    wrong = length[np.abs(length - 1) > 1e-3]  # a NaN is not wrong: the BRDF of a masked direction is NaN
+    if wrong.size:
+        raise ValueError(f"{name} has a vector of length {wrong[0]:.4g}: directions are unit vectors")
 
 
 def _elements(part: Array, tail: tuple[int, ...], shape: tuple[int, ...], indices: np.ndarray) -> Array:

@@ -48,7 +48,7 @@ lock: ## pins every dependency anew (needs uv)
 		-o locks/bench.lock
 	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
 
-BY_HAND := bench bench-quick bench-peers bench-compare bench-big bench-crash coverage crosscheck figures fuzz intervals \
+BY_HAND := bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck figures fuzz intervals \
 	lowest mutation newest nist spectral validated
 ifndef INSIDE
 .PHONY: $(BY_HAND)

@@ -1,8 +1,8 @@
 """Exact weights against annealing on the real scans, and how long starting takes.
 
-Writes its figures into results.json beside this file, where those of quick.py stay, and results.md, and prints the
-table. Every figure is a ratio of two things timed in turn in this process, or the median of repeated runs; the machine
-is named. Run alone on the machine: `make bench`.
+Run alone on the machine: `make bench`. Writes its figures into results.json beside this file, where those of quick.py
+stay, and prints them; docs/pages/annealing.py makes a page of them. Every figure is a ratio of two things timed in turn
+in this process, or the median of repeated runs.
 """
 
 import argparse
@@ -26,7 +26,8 @@ from gonio.fitting import Anneal, Projection, fit
 HERE = Path(__file__).resolve().parent
 SCANS = HERE.parent.parent / "shared" / "data" / "scans"
 SCRIPT = Path(sys.executable).with_name("gonio")
-EVALUATIONS = 20_000
+EVALUATIONS = 20_000  # of annealing
+RUNS = 11  # of everything that is quick; the median counts
 ALLOWED = 1 + 1e-9  # E(Projection) <= E(Anneal) times this
 
 
@@ -36,7 +37,7 @@ def seconds(work: Callable[[], Any]) -> float:
     return time.perf_counter() - started
 
 
-def median_seconds(command: list[str], runs: int = 11) -> float:
+def median_seconds(command: list[str], runs: int = RUNS) -> float:
     """Median wall time of a command as a whole process, after one run that is not counted."""
     times = [seconds(lambda: subprocess.run(command, check=True, capture_output=True)) for _ in range(runs + 1)]
     return float(np.median(times[1:]))
@@ -56,7 +57,7 @@ def compare(path: Path, name: str) -> dict[str, Any]:
     held = {n: v for n, v in solution.values.items() if n in model.shape}
     fixed = Problem(model, free.data, held=held, grouped=grouped)
     exact = Projection()
-    quick = float(np.median([seconds(lambda: exact.search(fixed)) for _ in range(11)]))
+    quick = float(np.median([seconds(lambda: exact.search(fixed)) for _ in range(RUNS)]))
     started = time.perf_counter()
     annealed_fixed = annealing().search(fixed)
     slow = time.perf_counter() - started
@@ -95,33 +96,6 @@ def startup() -> dict[str, float]:
     }
 
 
-def markdown(results: dict[str, Any]) -> str:
-    f = results["figures"]
-    lines = [
-        "# Exact weights against annealing, and start-up",
-        "",
-        f"Made by `make bench` on {results['date']}; {results['machine']}.",
-        "",
-        f"- `gonio --help`: {f['help_seconds']:.3f} s (median of 11; allowed 0.5 s)",
-        f"- `import gonio`: {f['import_seconds']:.3f} s (median of 11; allowed 0.3 s)",
-        f"- `gonio fit` of the copper scan, ks by incidence: {f['fit_copper_seconds']:.2f} s (median of 11; allowed 3)",
-        f"- annealing ({EVALUATIONS} evaluations) over exact weights, shape fixed:"
-        f" {f['anneal_over_exact_all_scans']:,.0f} times as long (median; least {f['anneal_over_exact_least']:,.0f})",
-        f"- the same with free shape: {f['anneal_over_exact_free_shape']:,.0f} times (median)",
-        f"- E(exact) <= E(anneal) (1 + 1e-9): {results['holds']} of {len(results['fits'])} fits, shape free and fixed",
-        "",
-        "The first weight of each model has one value an incidence angle; excess is E(anneal)/E(exact) - 1.",
-        "",
-        "| scan | model | E exact | excess, shape free | excess, shape fixed | time ratio, fixed |",
-        "|---|---|---:|---:|---:|---:|",
-    ]
-    for row in results["fits"]:
-        free, fixed = excess(row, ""), excess(row, "_fixed_shape")
-        ratio = f"{row['time_ratio_fixed_shape']:,.0f}"
-        lines.append(f"| {row['scan']} | {row['model']} | {row['E_exact']:.6g} | {free:.1e} | {fixed:.1e} | {ratio} |")
-    return "\n".join(lines) + "\n"
-
-
 def excess(row: dict[str, Any], which: str) -> float:
     return float(row[f"E_anneal{which}"] / row[f"E_exact{which}"] - 1)
 
@@ -147,8 +121,13 @@ def main() -> int:
             np.median([r["time_ratio"] for r in fits if catalogue[r["model"]].shape])
         ),
     }
-    results = keep(*(Figure(name, value) for name, value in figures.items()), holds=sum(map(holds, fits)), fits=fits)
-    (HERE / "results.md").write_text(markdown(results), encoding="utf-8")
+    results = keep(
+        *(Figure(name, value) for name, value in figures.items()),
+        holds=sum(map(holds, fits)),
+        annealing_evaluations=EVALUATIONS,
+        runs=RUNS,
+        fits=fits,
+    )
     show(results)
     return 0 if results["holds"] == len(fits) else 1
 

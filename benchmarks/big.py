@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from figures import machine
 from gonio import Geometry, Problem, catalogue, read, write
 from gonio.fitting import fit
 from gonio.measured.coordinates import grid
 from gonio.portable import cores
-from nist import machine
 
 RECORD = Path(__file__).resolve().parent / "big.json"
 BOUND = ("lambert", "torrance-sparrow", "ward", "cauchy-lorentz")

@@ -17,8 +17,8 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from figures import machine
 from gonio.portable import cores
-from nist import machine
 
 HERE = Path(__file__).resolve().parent
 RECORD = HERE / "compare_all.json"

@@ -1,7 +1,7 @@
-"""The frame of the benchmarks: what is kept, what is null and why, and the page made of it."""
+"""The frame of the benchmarks: what is kept, what is null and why, and the pages made of the records."""
 
-import importlib.util
 import json
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +9,11 @@ import pytest
 import figures
 import quick
 from figures import Figure, keep, paired
-from places import ROOT
+from outcomes import EVERY_DOOR
+from places import ROOT, loaded
+
+PAGES = ROOT / "docs" / "pages"
+OF_RECORDS = [path.stem for path in sorted(PAGES.glob("[a-z]*.py")) if "import BENCHMARKS, DOCS" in path.read_text()]
 
 
 @pytest.fixture
@@ -72,11 +76,64 @@ def test_what_cannot_be_measured_is_null_with_the_reason(monkeypatch):
     assert found["anneal_over_exact"].reason == "not measured: ValueError: exact weights end higher"
 
 
-def test_the_page_is_made_of_the_record():
-    """docs/performance.md is what its script makes of results.json, and says what no GPU was there to measure."""
-    specification = importlib.util.spec_from_file_location("performance", ROOT / "docs" / "pages" / "performance.py")
-    script = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(script)
-    page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
-    assert page == script.page(json.loads((ROOT / "benchmarks" / "results.json").read_text(encoding="utf-8")))
-    assert page.count("not measured: no GPU was at hand") == 2
+@pytest.fixture
+def script(monkeypatch):
+    """The script of a page by its name."""
+    monkeypatch.syspath_prepend(PAGES)
+    return lambda name: loaded(PAGES / f"{name}.py")
+
+
+def test_scripts_of_records_are_found():
+    assert {"annealing", "fuzzing", "intervals", "mutation", "performance"} <= set(OF_RECORDS)
+
+
+@pytest.mark.parametrize("name", OF_RECORDS)
+def test_a_page_is_made_of_its_record(script, name):
+    """The committed page is what its script makes of the committed JSON file."""
+    made = script(name)
+    if not made.RECORD.exists():
+        pytest.skip(f"no {made.RECORD.name} yet: {made.PAGE.name} is older than such files")
+    assert made.PAGE.read_text(encoding="utf-8") == made.page(json.loads(made.RECORD.read_text(encoding="utf-8")))
+
+
+def test_without_a_record_the_page_stays(script, tmp_path, capsys):
+    script("mutation")
+    pages = sys.modules["_pages"]
+    target, record = tmp_path / "page.md", tmp_path / "record.json"
+    target.write_text("old")
+    pages.write(str, record, target, "make it")
+    assert target.read_text() == "old"
+    assert capsys.readouterr().err == f"page.md stays as it is: there is no {record}; make it makes it\n"
+    record.write_text('{"a": 1}')
+    pages.write(str, record, target, "make it")
+    assert target.read_text() == "{'a': 1}"
+
+
+def test_what_goes_through_every_door_has_a_table_of_its_own(script):
+    made = script("fuzzing")
+    row = {"inputs": 4, "reached": 3, "read": 1, "refused": 3, "failures": 0, "slowest_ms": 5, "peak_MB": 6}
+    row |= {"date": "2026-01-02", "machine": "one"}
+    formats, doors = made.page(dict.fromkeys(("merl", *EVERY_DOOR), row)).split("## Files through every door")
+    line = "| {} | 4 | 75 | 1 | 3 | 0 | 5 | 6 | 2026-01-02 | one |"
+    assert line.format("merl") in formats
+    assert "merl" not in doors
+    rows = [text for text in doors.splitlines() if text.endswith("| one |")]
+    assert rows == [line.format(name) for name in EVERY_DOOR]
+    assert "Not measured yet." in made.page({"merl": row})
+
+
+def test_the_page_of_mutations(script):
+    """Counts by kind and by model, and every change that no test saw, under its outcome."""
+    counts = {"changes": 3, "killed": 1, "equivalent": 1, "slight": 0, "survived": 1}
+    change = {"place": "models/a.py:7", "kind": "sign", "was": "a + b", "now": "a - b"}
+    record = {
+        **{"machine": "one", "date": "2026-01-02", "minutes": 2.0, "sample": 0, "only": "", "seed": 1, "tests": 9},
+        **{"directions": 8, "same": 1e-9, "slight": 1e-6, "counted": ["test_a.py"], "not_counted": ["test_b"]},
+        **{"all": counts, "kinds": {"sign": counts}, "models": {"lambert": counts}},
+        "unseen": [change | {"outcome": "survived", "note": "much"}, change | {"outcome": "equivalent"}],
+    }
+    page = script("mutation").page(record)
+    assert "| lambert | 3 | 1 | 1 | 0 | 1 |" in page
+    assert "**1 of 3 changes survived.**" in page
+    line = "- `models/a.py:7` sign: `a + b` → `a - b`"
+    assert page.endswith(f"## Survived\n\n{line}; much\n\n## Slight\n\nNone.\n\n## Equivalent\n\n{line}\n")

@@ -1,11 +1,12 @@
 """Writes docs/performance.md from the records of benchmarks/."""
 
 import json
-from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
-RECORD, GROWTH, CRASH, GPU = (ROOT / "benchmarks" / f"{n}.json" for n in ("results", "growth", "crash", "gpu"))
+from _pages import BENCHMARKS, DOCS, write
+
+RECORD, GROWTH, CRASH, GPU = (BENCHMARKS / f"{name}.json" for name in ("results", "growth", "crash", "gpu"))
+PAGE = DOCS / "performance.md"
 MEANING = {
     "evaluation_over_mitsuba": (
         "Evaluation of 1e7 direction pairs in single precision: time of Mitsuba 3's rough conductor (llvm_ad_rgb) divided"
@@ -142,7 +143,9 @@ def gpu() -> str:
         for name in fits
         if isinstance(fits[name], dict)
     ]
-    return head + "| figure | value | to reach |\n|---|---:|---|\n" + "\n".join(rows) + f"\n\n{record['remark']}\n"
+    return (
+        head + "| figure | value | to reach |\n|---|---:|---|\n" + "\n".join(rows) + f"\n\n{record.get('remark', '')}\n"
+    )
 
 
 def page(results: dict[str, Any]) -> str:
@@ -167,6 +170,4 @@ def page(results: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    (ROOT / "docs" / "performance.md").write_text(
-        page(json.loads(RECORD.read_text(encoding="utf-8"))), encoding="utf-8"
-    )
+    write(page, RECORD, PAGE, "make bench-quick")

@@ -44,10 +44,10 @@ def test_optimum_is_what_it_says(problem, solver):
 @every_model
 @pytest.mark.parametrize("weighting", ["uniform", "relative", "solid-angle", "uncertainty", "log"])
 def test_nothing_beats_the_exact_solver(problem, model, weighting):
+    """Two chains of annealing end no lower; `make bench` asks the same of longer ones on real scans."""
     weighted = Problem(model, problem.data, weighting=weighting)
     exact = Projection().search(weighted).cost
-    for seed in range(2):
-        assert exact <= Anneal(max_iterations=4000, seed=seed).search(weighted).cost * (1 + 1e-9)
+    assert exact <= Anneal(max_iterations=2000, chains=2).search(weighted).cost * (1 + 1e-9)
 
 
 @every_model

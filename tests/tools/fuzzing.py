@@ -1,9 +1,10 @@
-"""Damaged and hostile files of every format, by the hundred thousand: `make fuzz` writes docs/fuzzing.md.
+"""Damaged and hostile files of every format, by the hundred thousand: `make fuzz` writes benchmarks/fuzzing.json.
 
 A file is recognised and read as `gonio.read` does, in a process of its own. Good outcomes are a Dataset that is valid,
 and a FormatError of one line that names the file and a place in it. Anything else is a failure: another exception, a
-warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Each input follows
-from seed and number alone, so that a failure can be made again: `--only NUMBER`.
+warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Fits, stacks and
+scans go through every door (`doors`). Each input follows from seed and number alone, so that a failure can be made
+again: `--only NUMBER`. docs/pages/fuzzing.py makes a page of the results.
 """
 
 import argparse
@@ -28,11 +29,12 @@ from places import ROOT
 from seeds import EASY, damaged, put, seeds
 from workers import Process, Tally, Worker
 
-RECORD, PAGE = ROOT / "benchmarks" / "fuzzing.json", ROOT / "docs" / "fuzzing.md"
+RECORD = ROOT / "benchmarks" / "fuzzing.json"
 INPUTS = 200_000
 QUICK = 2_000  # inputs of each format in `make test`, fewer where all its files are large
 CHUNK = 500  # inputs that a worker does at a stretch
 SAVED = 3  # failing inputs kept of one kind
+SHOWN = ("inputs", "reached", "read", "refused", "failures", "slowest_ms", "peak_MB")
 
 
 def quick(name: str) -> int:
@@ -110,42 +112,13 @@ def _row(tally: Tally, seed: int) -> dict[str, Any]:
     }
 
 
-HEAD = """# Damaged and hostile files
-
-`make fuzz` changes valid files of every format, by seed, and reads each as users do. Bytes are flipped, cut, put in,
-repeated, swapped, truncated and joined; counts become 2^62, -1, 0 and 2^31; numbers become `1e999`, `nan`, `-1`, `1,5`
-and nothing; braces are opened a million deep; XML entities are declared that grow to gigabytes; there are byte-order
-marks, mixed line ends, decimal commas and UTF-16.
-
-Good outcomes are a Dataset that is valid (angles finite and in range, no infinities, not all zero) and one line that
-names the file and the line or byte. Anything else is a failure: another exception, a warning, over 2 s of processor
-time, over 200 MB of memory. *reached* is the share that was still recognised as the format; the rest were some other
-format's, or none's, and are held to the same.
-
-| format | inputs | reached | read | refused | failures | slowest ms | peak MB | date | machine |
-|---|---|---|---|---|---|---|---|---|---|
-"""
-
-
-def page(record: dict[str, Any]) -> str:
-    return HEAD + "".join(_line(name, row) for name, row in sorted(record.items()))
-
-
-def _line(name: str, row: dict[str, Any]) -> str:
-    reached = f"{row['reached'] / max(row['inputs'], 1):.0%}"
-    counts = " | ".join(
-        str(row[key]) for key in ("read", "refused", "failures", "slowest_ms", "peak_MB", "date", "machine")
-    )
-    return f"| {name} | {row['inputs']} | {reached} | {counts} |\n"
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--inputs", type=int, default=INPUTS, help="of each format")
     parser.add_argument("--formats", default="all", help="names, separated by commas")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, default=PAGE, help="the page; its numbers lie in a .json beside it")
+    parser.add_argument("--out", type=Path, default=RECORD, help="JSON file; other names in it stay")
     parser.add_argument("--only", type=int, help="write one input of one format as a file, read it here, and stop")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     chosen = parser.parse_args()
@@ -161,12 +134,11 @@ def main() -> int:
     lacking = [name for name in names if not _has_seeds(name)]
     names = [name for name in names if name not in lacking]
     tallies = _with_progress(names, chosen)
-    kept = RECORD if chosen.out == PAGE else chosen.out.with_suffix(".json")
-    record = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
-    record |= {name: _row(tally, chosen.seed) for name, tally in tallies.items()}
-    kept.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    chosen.out.write_text(page(record), encoding="utf-8")
-    print(page({name: record[name] for name in names}).split("\n\n")[-1])
+    rows = {name: _row(tally, chosen.seed) for name, tally in tallies.items()}
+    record = json.loads(chosen.out.read_text(encoding="utf-8")) if chosen.out.exists() else {}
+    chosen.out.write_text(json.dumps(record | rows, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    for name, row in rows.items():
+        print(f"{name}:", ", ".join(f"{row[key]} {key}" for key in SHOWN))
     for name, tally in tallies.items():
         if tally.failures:
             print(report(name, chosen.seed, tally.failures))

@@ -1,5 +1,7 @@
 """Would a test see a wrong sign, cosine or prefactor in any term? Breaks each in turn; `make mutation`.
 
+Writes benchmarks/mutation.json, of which docs/pages/mutation.py makes a page.
+
 Every place of every function that a term of the catalogue runs, and of geometry.py, is changed once: a `sign` (plus
 and minus exchanged, a minus dropped, a comparison turned), a `cosine` (the two directions exchanged, or tilt and local
 incidence, x and y, sine and cosine) or a `prefactor` (a number or constant doubled, an exponent raised by one, times
@@ -43,7 +45,7 @@ from gonio import Geometry, catalogue
 from gonio.model import Model
 
 HERE = Path(__file__).resolve().parent
-PAGE = HERE.parent.parent / "docs" / "mutation.md"
+RECORD = HERE.parent.parent / "benchmarks" / "mutation.json"
 PACKAGE = Path(gonio.__file__).resolve().parent
 COUNTED = ("reference", "contract/test_models.py", "test_geometry.py")
 SELF = (  # these compare a model with itself, or say nothing of its values
@@ -436,7 +438,7 @@ class Result:
 
 
 def check(runner: Runner) -> bool:
-    """Break every place, write the page; whether nothing survived."""
+    """Break every place, write the record; whether nothing survived."""
     options, items = runner.options, runner.items
     started = time.perf_counter()
     legendre = np.polynomial.legendre
@@ -502,8 +504,9 @@ def check(runner: Runner) -> bool:
         if len(results) % 100 == 0:
             say(f"{len(results)} of {len(chosen)} after {time.perf_counter() - started:.0f} s")
     minutes = (time.perf_counter() - started) / 60
-    if not options.only:
-        options.out.write_text(page(results, of_models, len(cost), minutes, options), encoding="utf-8")
+    if target := options.out or (None if options.only else RECORD):
+        whole = record(results, of_models, options) | {"tests": len(cost), "minutes": round(minutes, 1)}
+        target.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     outcomes = Counter(result.outcome for result in results.values())
     say(f"{len(results)} changes in {minutes:.1f} min: {dict(outcomes)}")
     return not outcomes["survived"] and not failing
@@ -526,64 +529,42 @@ def say(text: str) -> None:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The page
+# What is kept
 
 
-def page(
-    results: dict[Mutant, Result],
-    of_models: dict[str, set[Key]],
-    tests: int,
-    minutes: float,
-    options: argparse.Namespace,
-) -> str:
-    chosen = f"{options.sample} of each kind and function, seed {options.seed}" if options.sample else "every place"
-    lines = [
-        "# A wrong sign, cosine or prefactor is seen",
-        "",
-        f"Made by `make mutation` on {date.today()} in {minutes:.0f} min on {os.cpu_count()} cores "
-        f"({platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}). "
-        f"Changed: {chosen}. Seed of shapes and directions: {options.seed}.",
-        "",
-        "Each place in each function that a term runs is broken once, and the tests that run it must notice:",
-        "",
-        "- *sign*: plus and minus exchanged, a minus dropped, a comparison turned;",
-        "- *cosine*: the two directions exchanged, or tilt and local incidence, x and y, sine and cosine;",
-        "- *prefactor*: a number or constant doubled, an exponent raised by one, times and over exchanged.",
-        "",
-        f"Only tests that hold values against something independent count, {tests} in all: "
-        + ", ".join(f"`tests/{name}`" for name in COUNTED)
-        + "; without "
-        + ", ".join(f"`{name}`" for name in SELF)
-        + ", which compare a model with itself or look at no value. A change that alters no value (1e-9 relative) over "
-        f"random shapes within bounds and {sum(len(d[0]) for d in directions(0))} directions, poles and grazing "
-        "included, is equivalent: no error. One that alters none by 1e-6 is slight: a node of a quadrature, the "
-        "floor of a guard. Both are listed below.",
-        "",
-    ]
-    survived = [m for m, r in results.items() if r.outcome == "survived"]
-    lines += [f"**{len(survived)} of {len(results)} changes survived.**", ""]
-    lines += ["| what | changes | killed | equivalent | slight | survived |", "|---|---:|---:|---:|---:|---:|"]
-    for kind in KINDS:
-        lines.append(row(kind, [r for m, r in results.items() if m.kind == kind]))
-    lines.append(row("**all, each once**", list(results.values())))
-    lines += ["", "A function that several models share counts in each of their rows.", ""]
-    lines += ["| model | changes | killed | equivalent | slight | survived |", "|---|---:|---:|---:|---:|---:|"]
-    for name, keys in of_models.items():
-        lines.append(row(name, [r for m, r in results.items() if m.key in keys]))
-    for title, outcome in (("Survived", "survived"), ("Slight", "slight"), ("Equivalent", "equivalent")):
-        found = sorted((m for m, r in results.items() if r.outcome == outcome), key=lambda m: (m.key, m.line, m.index))
-        lines += ["", f"## {title}", ""]
-        for m in found:
-            note = results[m].note
-            lines.append(f"- `{m.key[0]}:{m.line}` {m.kind}: `{m.was}` → `{m.now}`{'; ' if note else ''}{note}")
-        lines += [] if found else ["None."]
-    return "\n".join([*lines, ""])
+def record(
+    results: dict[Mutant, Result], of_models: dict[str, set[Key]], options: argparse.Namespace
+) -> dict[str, Any]:
+    """How many changes came to what, by kind and by model, and every change that no test saw."""
+    unseen = sorted(
+        (m for m, result in results.items() if result.outcome != "killed"), key=lambda m: (m.key, m.line, m.index)
+    )
+    versions = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    return {
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, {versions}",
+        "date": date.today().isoformat(),
+        "sample": options.sample,
+        "only": options.only,
+        "seed": options.seed,
+        "directions": sum(len(group[0]) for group in directions(options.seed)),
+        "same": SAME,
+        "slight": SLIGHT,
+        "counted": COUNTED,
+        "not_counted": SELF,
+        "all": counts(list(results.values())),
+        "kinds": {kind: counts([r for m, r in results.items() if m.kind == kind]) for kind in KINDS},
+        "models": {name: counts([r for m, r in results.items() if m.key in keys]) for name, keys in of_models.items()},
+        "unseen": [
+            {"outcome": results[m].outcome, "place": f"{m.key[0]}:{m.line}", "kind": m.kind, "was": m.was, "now": m.now}
+            | ({"note": results[m].note} if results[m].note else {})
+            for m in unseen
+        ],
+    }
 
 
-def row(name: str, results: list[Result]) -> str:
-    count = Counter(r.outcome for r in results)
-    counts = [len(results), *(count[outcome] for outcome in OUTCOMES)]
-    return f"| {name} | {' | '.join(map(str, counts))} |"
+def counts(results: list[Result]) -> dict[str, int]:
+    outcomes = Counter(result.outcome for result in results)
+    return {"changes": len(results)} | {outcome: outcomes[outcome] for outcome in OUTCOMES}
 
 
 def main() -> int:
@@ -591,8 +572,10 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=0, metavar="N", help="N places of each kind and function only")
     parser.add_argument("--seed", type=int, default=1, help="of the shapes, the directions and the sample")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes at a time")
-    parser.add_argument("--only", default="", metavar="TEXT", help="functions whose file:name has it; writes no page")
-    parser.add_argument("--out", type=Path, default=PAGE, help="the page to write")
+    parser.add_argument(
+        "--only", default="", metavar="TEXT", help="functions whose file:name has it; writes no file without --out"
+    )
+    parser.add_argument("--out", type=Path, help="the JSON file to write, also with --only")
     parser.add_argument("--verbose", action="store_true", help="print every change and the test that saw it")
     runner = Runner(parser.parse_args())
     tests = [str(HERE.parent / name) for name in COUNTED]

@@ -1,4 +1,8 @@
-"""Make docs/real-surfaces.md and its figures from the measured scans beside the project: `make real-surfaces`."""
+"""Makes docs/real-surfaces.md and its figures.
+
+What every model predicts is read from benchmarks/validated.json. The comparison of the paper's family is fitted here, to
+the measured scans beside the project, in a minute or two.
+"""
 
 import sys
 from dataclasses import dataclass

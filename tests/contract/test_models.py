@@ -129,8 +129,8 @@ def test_compiles_maps_and_differentiates(model):
 
     with jax.enable_x64(True):
         arguments = (jnp.asarray(defaults), *map(jnp.asarray, POLES))
-        # All at once: compiling every operation for itself takes ten times as long. And without optimisation, which takes
-        # as long again and shows nothing about a model.
+        # All at once: compiling every operation for itself takes ten times as long. Without optimisation: that takes as
+        # long again and shows nothing about a model.
         quick = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
         compiled = jax.jit(computed).lower(*arguments).compile(compiler_options=quick)
         value, mapped, by_angle, slopes = compiled(*arguments)

@@ -104,6 +104,22 @@ def test_the_numerics_say_why(folder):
     assert explained >= EXPLAINED * code, f"{explained} lines explain {code} lines of code"
 
 
+# Files that gonio opens elsewhere than in `door/`, and why.
+OPENED_ELSEWHERE = {
+    "gonio/archive/download.py": "downloads are checked by their SHA-256 before anything reads them",
+    "gonio/measured/stack_store.py": "a checksum of files that the door has checked",
+}
+
+
+def test_files_of_others_are_opened_by_the_door_alone():
+    """Whatever is read in binary, or mapped: text that gonio opens is its own, and installed with it."""
+    pattern = re.compile(
+        r"""open\("rb"\)|\.read_bytes\(|mmap\.mmap\(|np\.(memmap|fromfile|load|loadtxt|genfromtxt)\("""
+    )
+    opened = {named(path) for path in source_files() if pattern.search(path.read_text(encoding="utf-8"))}
+    assert {name for name in opened if not name.startswith("gonio/door/")} == set(OPENED_ELSEWHERE)
+
+
 def test_the_readme_names_every_dependency():
     """The sentence of the README that lists what gonio depends on, compared with what it declares."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")

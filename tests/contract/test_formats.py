@@ -214,24 +214,26 @@ def converted(scan: xr.Dataset, target: Path, kind: str) -> str:
 
 
 @pytest.mark.no_cover  # counting the lines of so many conversions takes half as long as they do
-def test_every_sample_goes_into_every_format_or_says_why_not(sample_files, tmp_path):
-    """No crash among all pairs: a file, or one sentence with a remedy."""
-    written = refused = 0
-    for name, paths in sample_files.items():
-        scan = read(paths[0])
-        for kind in WRITABLE:
-            if HUGE & {kind.name, name}:
-                continue
-            target = tmp_path / f"{name}-{kind.name}"
-            if why := converted(scan, target, kind.name):
-                assert len(why) > 40, (name, kind.name, why)
-                assert not target.exists()
-                refused += 1
-                continue
-            assert recognise(target) is kind, (name, kind.name)
-            shutil.rmtree(target) if target.is_dir() else target.unlink()
-            written += 1
-    assert written > refused
+@pytest.mark.parametrize("source", sorted(set(formats()) - HUGE))
+def test_every_sample_goes_into_every_format_or_says_why_not(source, sample_files, tmp_path):
+    """No crash among all pairs: a file, or one sentence with a remedy. The smallest file stands for its format."""
+    scan = read(min(sample_files[source], key=size_of))
+    written = 0
+    for kind in [kind for kind in WRITABLE if kind.name not in HUGE]:
+        target = tmp_path / f"{source}-{kind.name}"
+        if why := converted(scan, target, kind.name):
+            assert len(why) > 40, (kind.name, why)
+            assert not target.exists()
+            continue
+        assert recognise(target) is kind, kind.name
+        shutil.rmtree(target) if target.is_dir() else target.unlink()
+        written += 1
+    assert written  # gonio's own formats hold everything
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file, or of the files of a folder."""
+    return sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
 
 
 NAMES = {

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gonio import Geometry, catalogue
 from gonio.model import Model, declarations
-from libraries import LIBRARIES
+from libraries import EVERY_LIBRARY
 from places import ROOT
 
 MODELS = list(catalogue.values())
@@ -19,7 +19,7 @@ MODELS = list(catalogue.values())
 BIBLIOGRAPHY = ROOT / "references.bib"
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
-every_library = pytest.mark.parametrize("library", LIBRARIES, ids=lambda lib: lib.name)
+every_library = pytest.mark.parametrize("library", EVERY_LIBRARY)
 
 
 def directions(n: int = 200, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

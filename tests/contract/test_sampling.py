@@ -186,6 +186,7 @@ def test_every_declared_sampler_is_used(model, weight):
 
 
 @every_drawn_term
+@pytest.mark.xdist_group("jax")  # operations are compiled once a process
 def test_samplers_agree_on_array_libraries(model, weight):
     """Draw and density of a declared sampler, on libraries of the array-API standard."""
     sampler, declared = sampler_of(model.terms[weight]), declarations(model.terms[weight])

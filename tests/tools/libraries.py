@@ -93,3 +93,8 @@ LIBRARIES = (
     Library("drjit-scalar-float64", _drjit("TensorXf64"), 1e-12, needs="drjit"),
     Library("drjit-scalar-float32", _drjit("TensorXf"), 2e-5, needs="drjit"),
 )
+# JAX compiles each operation once a process: in one process the models share them.
+EVERY_LIBRARY = [
+    pytest.param(library, marks=[pytest.mark.xdist_group("jax")] * library.name.startswith("jax"), id=library.name)
+    for library in LIBRARIES
+]

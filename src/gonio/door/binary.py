@@ -1,6 +1,9 @@
 """A cursor over a binary file: it checks every size against the file before it reads or allocates."""
 
 import math
+import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.files import FormatError
+
+
+@contextmanager
+def mapped(path: Path) -> Iterator[mmap.mmap]:
+    """The bytes of a file that is not empty, mapped into memory: none is read before it is asked for."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        yield content
 
 
 class Bytes:

@@ -15,6 +15,39 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 MOST_VALUES = 50_000_000  # numbers that a header may promise; a larger count is damage or malice
 
 
+def head(path: Path, length: int) -> bytes:
+    """The first bytes of a file, by which it is recognised.
+
+    Raises FormatError for a path that is no regular file: a pipe would be read for ever, a device without end.
+    """
+    if not path.exists():
+        raise FormatError(path, "there is no such file")
+    if not path.is_file():
+        raise FormatError(path, "is a directory: name a file in it" if path.is_dir() else "is not a regular file")
+    with path.open("rb") as file:
+        return file.read(length)
+
+
+def whole(path: Path, largest: int) -> str:
+    """A file of at most `largest` bytes as text, without a byte-order mark.
+
+    Raises FormatError for a longer file, an empty one, zero bytes, and for bytes that are not UTF-8.
+    """
+    raw = head(path, largest + 1)
+    if len(raw) > largest:
+        raise FormatError(path, f"is larger than {largest // 1_000_000} MB", f"byte {largest}")
+    if b"\0" in raw:
+        raise FormatError(path, "holds zero bytes: this is no text file; save it as UTF-8 text", f"byte {raw.index(0)}")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        at = f"line {raw.count(10, 0, error.start) + 1}, byte {error.start}"
+        raise FormatError(path, "is not UTF-8 text: save the file as UTF-8", at) from error
+    if not text.strip():
+        raise FormatError(path, "is empty")
+    return text
+
+
 def lines(path: Path, *, longest: int = LONGEST_LINE, encoding: str = "utf-8") -> Iterator[tuple[int, str]]:
     r"""Numbers from 1 and lines without their ends (\n, \r\n or \r), read and decoded one after another on demand.
 

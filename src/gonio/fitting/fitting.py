@@ -26,7 +26,7 @@ from gonio.fitting.certainty.covariance import covariance as covariance_of
 from gonio.fitting.certainty.covariance import estimator, systematic_shift
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.schema import Parameters, assembled, told_by
+from gonio.fitting.schema import Parameters, assembled, problem_attributes
 from gonio.fitting.search.projection import Projection
 from gonio.fitting.search.reweighting import Settled, as_found, reweighted
 from gonio.fitting.search.solver import Optimum, Progress, Solver, silent
@@ -73,7 +73,7 @@ def fit(
     }
     effective = effective_values(problem, optimum.vector)
     attributes = (
-        told_by(problem)
+        problem_attributes(problem)
         | _of_the_search(problem, optimum, settled)
         | {
             "effective_values": effective,

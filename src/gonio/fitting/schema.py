@@ -138,7 +138,7 @@ class Parameters:
         return spread
 
 
-def told_by(problem: Problem) -> dict[str, Any]:
+def problem_attributes(problem: Problem) -> dict[str, Any]:
     """The attributes that follow from the problem alone, the same for a fit of one scan and for each lane of many.
 
     The problem itself is not stored: its bounds and its functions g1 and g2 are in no Solution.

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.door import netcdf
-from gonio.door.text import clip
+from gonio.door.text import clip, head
 from gonio.files import FormatError, replacing
 from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.fitting.objective.smooth import Smooth
@@ -49,11 +49,8 @@ def is_solution(path: Path) -> bool:
 
     The content itself is not checked. Raises FormatError where the file is NetCDF and damaged.
     """
-    if not path.is_file():
+    if not path.is_file() or not netcdf.is_netcdf(head(path, HEAD)):
         return False
-    with path.open("rb") as file:
-        if not netcdf.is_netcdf(file.read(HEAD)):
-            return False
     return netcdf.CONTENT in netcdf.read(path)[0].attrs
 
 
@@ -65,13 +62,8 @@ def load(path: str | Path, model: Model | None = None) -> tuple[xr.Dataset, Mode
     solution, or the solution of another model.
     """
     path = Path(path)
-    if not path.exists():
-        raise FormatError(path, "there is no such file")
-    if not path.is_file():
-        raise FormatError(path, "is a directory: name a file in it" if path.is_dir() else "is not a regular file")
-    with path.open("rb") as file:
-        if not netcdf.is_netcdf(file.read(HEAD)):
-            raise FormatError(path, "is no solution of a fit, as gonio fit --out and Solution.save write it", "byte 0")
+    if not netcdf.is_netcdf(head(path, HEAD)):
+        raise FormatError(path, "is no solution of a fit, as gonio fit --out and Solution.save write it", "byte 0")
     stored, places = netcdf.read(path)
     return _Stored(path, stored, places).checked(model)
 
@@ -190,7 +182,7 @@ class _Stored:
             raise self.refuse(f"its parameters are not those of {model.name}", "name")
         full = [f"{name}[{label}]" if label else name for name, label in zip(names, group, strict=True)]
         if full != dataset["parameter"].values.tolist() or len(set(full)) < len(full):
-            raise self.refuse("a parameter is not its name and group in brackets, or is there twice", "parameter")
+            raise self.refuse("a parameter is not its name and group in brackets, or occurs twice", "parameter")
         for name, coordinates, label in zip(names, by, group, strict=True):
             labels = label.split(",", coordinates.count(","))  # the last may hold commas of its own
             if len(labels) != len(coordinates.split(",")) or bool(label) is not bool(coordinates):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from gonio.door import text
 from gonio.files import FormatError, replacing
 from gonio.formats.format import Format
 from gonio.measured.dataset import add_history
@@ -73,10 +74,7 @@ def _head(path: Path) -> bytes:
         if any(f.recognises(head) for f in formats().values() if f.rank < LAST):
             return head
         raise FormatError(path, "is a directory: name a file in it")
-    if not path.is_file():
-        raise FormatError(path, "is not a regular file")
-    with path.open("rb") as file:
-        return file.read(HEAD)
+    return text.head(path, HEAD)
 
 
 def read(path: str | Path) -> xr.Dataset:

@@ -63,7 +63,7 @@ def tabulated(path: Path, name: str, rows: Sequence[tuple[int, float, float]]) -
     falling = len(kept) > 1 and kept[1][1] < kept[0][1]
     for (_, before, _), (line, w, _) in pairwise(kept):
         if w == before:
-            raise FormatError(path, f"{w:g} um is there twice with different {name}: keep one", f"line {line}")
+            raise FormatError(path, f"{w:g} um occurs twice with different {name}: keep one", f"line {line}")
         if (w < before) is not falling:
             raise FormatError(path, f"{w:g} um follows {before:g} um: sort the rows by wavelength", f"line {line}")
     ordered = np.array([row[1:] for row in (kept[::-1] if falling else kept)])

@@ -70,7 +70,7 @@ def _mapping(path: Path, node: yaml.Node | None) -> dict[str, yaml.Node]:
     out: dict[str, yaml.Node] = {}
     for key, value in node.value:
         if key.value in out:
-            raise FormatError(path, f"the key {key.value} is there twice: keep one", _line(key))
+            raise FormatError(path, f"the key {key.value} occurs twice: keep one", _line(key))
         out[str(key.value)] = value
     return out
 

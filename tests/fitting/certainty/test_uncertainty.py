@@ -16,7 +16,7 @@ from gonio.measured.check import check
 from gonio.measured.masking import mask
 
 ANGLES = [30.0, 40.0, 50.0]
-SCANS = 500
+SCANS = 150
 THETA_R = np.arange(-75, 76, 3.0)
 LOBE = {"ks": 0.3, "kd": 0.05, "sigma": 0.2}
 METAL = {"rho_s": 0.5, "rho_d": 0.2, "width": 0.25, "index": 1.4, "extinction": 7.6}
@@ -66,7 +66,10 @@ def lobe(seed=1, **noise):
     ids=["Al-proportional", "ggx-proportional", "oren-nayar-constant"],
 )
 def test_intervals_cover_the_truth(case, noise):
-    """Over 500 simulated scans stated 95 % intervals, robust and absolute, hold the truth 93 to 97 % of the time."""
+    """Over 150 simulated scans stated 95 % intervals, robust and absolute, hold the truth 92 to 98 % of the time.
+
+    `make intervals` asks the same of more scans and surfaces, to within 93 to 97 %.
+    """
     model, values, options, unit = case
     hits = {kind: [] for kind in ("robust", "absolute")}
     for seed in range(SCANS):
@@ -82,10 +85,9 @@ def test_intervals_cover_the_truth(case, noise):
     for kind, found in hits.items():
         rates = np.mean(found, axis=0)
         print(kind, dict(zip(problem.names, rates, strict=True)))
-        assert 0.93 <= rates.mean() <= 0.97, kind
-        # one parameter alone: 500 draws scatter by 1 %, so three of those beyond the range above
-        assert rates.min() >= 0.90
-        assert rates.max() <= 0.99
+        assert 0.92 <= rates.mean() <= 0.98, kind
+        # One parameter alone: 150 draws scatter by 1.8 %, so about three of those beyond 93 %.
+        assert rates.min() >= 0.88
 
 
 def test_covariance_equals_the_textbook_where_noise_is_constant():

@@ -11,10 +11,12 @@ import xarray as xr
 from gonio import Problem, catalogue, check
 from gonio.fitting import FOR_MANY, Anneal, fit
 from gonio.fitting.many import fit_many as batch
+from gonio.fitting.many.layout import laid_out
+from gonio.fitting.many.reading import blocks
 from gonio.fitting.many.results import solution_of
 from gonio.fitting.status import STATUSES, Status
 from gonio.geometry import Geometry
-from gonio.measured.stack import lane_dims, one_scan
+from gonio.measured.stack import NODE, StackLanes, lane_dims, one_scan
 
 pytestmark = pytest.mark.xdist_group("many fits")  # one process, which compiles each form of a problem once
 fit_many = functools.partial(batch.fit_many, block=8)  # one width, so that tests share what is compiled
@@ -191,6 +193,35 @@ def test_a_lane_that_cannot_be_weighed_says_so():
     found = fit_many(one(stack, 0, model=SMALL, weighting="relative"), stack, covariance="")
     assert [STATUSES[int(s)] for s in found["status"].values][1] is Status.NOT_WEIGHED
     assert found["converged"].values.tolist() == [True, False, True]
+
+
+def test_a_block_of_one_lane_has_weights_of_its_own():
+    """Relative weights of one lane are one row, as those of directions are, and must not pass for another lane's."""
+    stack = stack_of("torrance-sparrow", 2)
+    for weighting, shared_root in (("relative", False), ("solid-angle", True)):
+        problem = Problem(SMALL, one_scan(stack, ("sample",)), weighting=weighting)
+        lanes = StackLanes(stack, ("sample",), problem.points[NODE].values)
+        for width in (1, 2):
+            read = list(blocks(problem, laid_out(problem), lanes, width, False))
+            assert [block.one_root for block in read] == [shared_root] * len(read)
+
+
+def test_a_point_that_a_value_fits_exactly_is_seen_in_single_precision():
+    """With one direction at one incidence angle its weight fits it exactly; the others have uncertainties."""
+    stack = stack_of("torrance-sparrow", 2).isel(direction=slice(40, 83))  # one at 20 deg, 41 at 40 deg, one at 60 deg
+    problem = one(stack, 0, model=SMALL, grouped={"ks": "theta_i"}, held={"sigma": 0.2})
+    wide, narrow = (fit_many(problem, stack, precision=p)["uncertainty"].values for p in ("float64", "float32"))
+    np.testing.assert_array_equal(np.isfinite(narrow), np.isfinite(wide))
+    assert np.isfinite(wide).any()
+    assert np.isinf(wide).any()
+
+
+def test_points_of_no_weight_are_no_degrees_of_freedom():
+    stack = stack_of("torrance-sparrow", 2)
+    options = {"model": SMALL, "weighting": "solid-angle"}  # zero at theta_r = 0
+    many = fit_many(one(stack, 0, **options), stack, covariance="scaled")
+    single = fit(one(stack, 0, **options), covariance="scaled")
+    np.testing.assert_allclose(many["uncertainty"][0], single.dataset["uncertainty"], rtol=1e-5)
 
 
 def test_a_lane_without_a_group_lacks_that_groups_value_alone():

@@ -74,7 +74,7 @@ def test_what_robustness_costs_where_nothing_is_wrong():
     """Variance 1/0.95 of that of squares for normal noise (holland1977), and stated uncertainties that hold."""
     random, n = np.random.default_rng(5), 60
     estimates, stated = {name: [] for name in ("squared", *ROBUST)}, {name: [] for name in ROBUST}
-    for _ in range(100):
+    for _ in range(40):
         values = 1 + 0.1 * random.standard_normal(n)
         scan = make_scan(np.full(n, 10.0), np.linspace(-60, 60, n), values)
         estimates["squared"].append(np.pi * np.mean(values))
@@ -84,9 +84,10 @@ def test_what_robustness_costs_where_nothing_is_wrong():
             stated[loss].append(solution.uncertainties["rho"])
     spread = {loss: np.std(found) for loss, found in estimates.items()}
     for loss in ROBUST:
-        # 100 draws of two estimates that agree but for 5 % of their variance: their ratio scatters by 0.05
-        assert (spread[loss] / spread["squared"]) ** 2 == pytest.approx(1 / 0.95, abs=0.15)
-        assert np.mean(stated[loss]) / spread[loss] == pytest.approx(1, abs=0.2)
+        # 40 draws of two estimates that agree but for 5 % of their variance: their ratio scatters by 0.07
+        assert (spread[loss] / spread["squared"]) ** 2 == pytest.approx(1 / 0.95, abs=0.2)
+        # a standard deviation of 40 draws scatters by 0.11
+        assert np.mean(stated[loss]) / spread[loss] == pytest.approx(1, abs=0.3)
 
 
 def test_scatter():

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import stacks
+from gonio.files import FormatError
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.stack import store as lane_store
 from gonio.fitting.stack.manifest import BlockGrid, Manifest
@@ -202,6 +203,30 @@ def test_another_run_is_refused_by_what_differs(tmp_path, options, what):
     fitted(tmp_path)
     with pytest.raises(ValueError, match=f"holds the fit of another run: {what}.*; choose another --out, or --force"):
         prepared(tmp_path, **options)
+
+
+def test_a_torn_note_is_passed_over_and_a_damaged_mark_is_named(tmp_path):
+    """A power cut can tear the last line of the notes, which are not synchronised; a mark is whole or not there."""
+    write_stack(tmp_path / "stack.zarr", {"sample": 10})
+    run = fitted(tmp_path)
+    with run.manifest._starts(1).open("a", encoding="utf-8") as file:
+        file.write("17645")
+    assert len(run.manifest.starts(1)) == 1
+    run.manifest._mark(1).write_text("{}", encoding="utf-8")
+    with pytest.raises(FormatError, match=r"0000001\.json, line 1: is no mark of a written block: remove it"):
+        run.manifest.record(1)
+
+
+def shine(angle):
+    return 1 + 0 * angle
+
+
+def test_a_weight_function_is_known_by_its_name(tmp_path):
+    """Its repr holds an address in memory, by which no later process would know the run again."""
+    write_stack(tmp_path / "stack.zarr", {"sample": 2})
+    run = prepared(tmp_path, problem=ProblemOptions(g1=shine))
+    run.begin()
+    assert run.manifest.run()["problem"]["g1"].endswith("test_run.shine")
 
 
 def test_another_stack_is_refused_and_force_starts_anew(tmp_path):

@@ -34,7 +34,7 @@ def covariance(problem: Problem, points: BlockedProblem, vector: Values, kind: s
     plane = Tangent(points.jacobian(vector))
     if kind == "scaled":
         residual = points.residual(vector)
-        freedom = len(problem.measured) - plane.basis.shape[1]
+        freedom = np.count_nonzero(problem.root_weights) - plane.basis.shape[1]
         spread = plane.directions * np.sqrt(residual @ residual / freedom) if freedom > 0 else 0 * plane.directions
         return infinite(spread @ spread.T, plane.blind | (freedom < 1))
     error = None  # HC3 takes the residual of each point

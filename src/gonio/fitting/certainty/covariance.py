@@ -37,6 +37,7 @@ def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Val
     slope (points,): as `robust` takes it. Infinite on the diagonal for values that the data do not determine, which
     then have no correlation with others. Raises ValueError as `estimator` does.
     """
+    _refuse_unknown(kind)
     if blocked := in_blocks(problem):
         return bulk.covariance(problem, blocked, vector, kind)
     residual = problem.difference(problem.brdf(vector))
@@ -54,8 +55,7 @@ def estimator(problem: Problem, kind: str, slope: Values | None = None) -> Estim
     slope: as `robust` takes it. Raises ValueError for a kind that is none of COVARIANCES, where the scan does not state
     what `absolute` needs, or for another kind than `robust` under a robust loss.
     """
-    if kind not in COVARIANCES:
-        raise ValueError(f"no covariance {kind!r}: choose one of {', '.join(COVARIANCES)}")
+    _refuse_unknown(kind)
     if kind == DEFAULT:
         return functools.partial(robust, slope=slope)
     if problem.loss != "squared":
@@ -64,6 +64,11 @@ def estimator(problem: Problem, kind: str, slope: Values | None = None) -> Estim
         error = problem.error(stated(problem.points, "absolute covariance", "choose robust or scaled"))
         return lambda plane, residual: absolute(plane, error)
     return scaled
+
+
+def _refuse_unknown(kind: str) -> None:
+    if kind not in COVARIANCES:
+        raise ValueError(f"no covariance {kind!r}: choose one of {', '.join(COVARIANCES)}")
 
 
 def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Values:
@@ -96,10 +101,12 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
 def scaled(plane: Tangent, residual: Values) -> Values:
     """The textbook's covariance s^2 (J'J)^-1 (n, n), for residuals that scatter by the same amount at every point.
 
-    s^2 is r'r over the degrees of freedom, points less values. With fewer than one of these no value is determined.
+    s^2 is r'r over the degrees of freedom, points less values; a point of no weight counts for none. With fewer than
+    one of these no value is determined.
     """
     basis = plane.basis[: len(residual)]
-    freedom = len(residual) - float(np.sum(basis**2))  # effective values, which a penalty makes fewer
+    points = np.count_nonzero((residual != 0) | basis.any(axis=1))
+    freedom = points - float(np.sum(basis**2))  # effective values, which a penalty makes fewer
     if freedom < 1:
         return infinite(np.zeros((len(plane.blind),) * 2), np.ones_like(plane.blind))
     spread = plane.directions @ basis.T

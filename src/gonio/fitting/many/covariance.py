@@ -36,9 +36,9 @@ from gonio.fitting.many.projection import (
     weighted,
 )
 from gonio.fitting.many.sweep import sweep, unit_scaled
+from gonio.fitting.objective.tangent import ALONE
 
 Array = jax.Array
-ALONE = 1e-9  # 1 - leverage of a point that one value fits exactly, which says nothing about its error
 
 
 @functools.partial(jax.jit, static_argnames=("layout", "kind"))
@@ -63,7 +63,8 @@ def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, ki
         undetermined = undetermined | (freedom < 1 - 1e-6)  # one is enough, but for the rounding of that sum
         spread = inverse * jnp.sum(residual**2, axis=(0, 1)) / jnp.where(freedom > 0, freedom, 1.0)
     else:
-        exact = leverage > 1 - ALONE
+        # In single precision a leverage of 1 is known to some units of the last place alone.
+        exact = leverage > min(ALONE, 1 - 64 * float(np.finfo(leverage.dtype).eps))
         if kind == "robust":
             error = jnp.where(exact, 0.0, residual / jnp.where(exact, 1.0, 1 - leverage))
             # Few lanes have such a point, so the products that trace it are computed only for blocks that do.

@@ -102,10 +102,10 @@ def _block(
 
     With `absolute` every value in use needs a stated uncertainty above zero, or its lane is not fitted.
     """
-    weights, weighed = _weights(problem, values, used, stated)
+    weights, weighed, of_directions = _weights(problem, values, used, stated)
     if absolute and stated is not None:
         weighed &= ((stated > 0) | ~used).all(axis=1)
-    one_root = len(weights) == 1 and bool(used.all())
+    one_root = of_directions and bool(used.all())
     root = np.sqrt(weights) if one_root else np.sqrt(weights) * used
     scale = np.sqrt(np.sum((root * values) ** 2, axis=1))
     # Several can be true of a lane, and the last one that is set stays: an empty lane has a length of zero too.
@@ -136,11 +136,12 @@ def _block(
 
 def _weights(
     problem: Problem, values: Values, used: npt.NDArray[np.bool_], stated: Values | None
-) -> tuple[Values, npt.NDArray[np.bool_]]:
-    """The weights of the points, (lanes or 1, points), and which lanes have them all.
+) -> tuple[Values, npt.NDArray[np.bool_], bool]:
+    """The weights of the points, (lanes or 1, points), which lanes have them all, and whether they are of directions.
 
-    One row where the weighting looks at directions alone. A weighting raises ValueError for a value without a weight.
-    Here that is the matter of one lane, so such values, and those not in use, are replaced by 1 before it is asked.
+    Weights that follow from directions alone are one row, and the same for every block. A weighting raises ValueError
+    for a value without a weight. Here that is the matter of one lane, so such values, and those not in use, are
+    replaced by 1 before it is asked.
     """
     weighting, points = WEIGHTINGS[problem.weighting], problem.points
     variables = {"brdf": values}
@@ -150,11 +151,12 @@ def _weights(
     suits: npt.NDArray[np.bool_] = weighting.suits(scans, problem.noise_floor) | ~used
     for name, value in variables.items():
         scans[name] = (("lane", "direction"), np.where(suits & used, value, 1.0))
-    weights = np.atleast_2d(weighting.weights(scans, problem.noise_floor))
+    of_points = weighting.weights(scans, problem.noise_floor)
+    weights = np.atleast_2d(of_points)
     for name, g in (("theta_i", problem.g1), ("theta_r", problem.g2)):
         if g is not None:
             weights = weights * np.asarray(g(points[name].values))
-    return weights, np.all(suits, axis=1)
+    return weights, np.all(suits, axis=1), of_points.ndim == 1
 
 
 def _seen(shared: Shared, used: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -13,6 +13,7 @@ There is one file for each block, and no common index, so that processes on seve
 file and need no locks.
 """
 
+import inspect
 import json
 import math
 import os
@@ -24,6 +25,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from gonio.files import FormatError
 from gonio.portable import synchronise
 
 FOLDER = "manifest"
@@ -166,8 +168,16 @@ class Manifest:
         return {int(name) for name in names if name.isdigit()}
 
     def record(self, block: int) -> Record:
-        """The record of a written block; FileNotFoundError for one that is not written."""
-        return Record(**json.loads(self._mark(block).read_text(encoding="utf-8")))
+        """The record of a written block.
+
+        Raises FileNotFoundError for a block that is not written, FormatError for a damaged mark.
+        """
+        path = self._mark(block)
+        try:
+            return Record(**json.loads(path.read_text(encoding="utf-8")))
+        except (ValueError, TypeError) as error:
+            what = "is no mark of a written block: remove it, and the same command computes the block again"
+            raise FormatError(path, what, "line 1") from error
 
     def records(self) -> Iterator[Record]:
         """The records of all written blocks, in the order of their numbers."""
@@ -177,8 +187,10 @@ class Manifest:
         """When (seconds since 1970), on which host and in which process computations of the block began."""
         if not self._starts(block).exists():
             return []
-        lines = self._starts(block).read_text(encoding="utf-8").splitlines()
-        return [(float(when), host, int(process)) for when, host, process in map(str.split, lines)]
+        lines = self._starts(block).read_text(encoding="utf-8").splitlines(keepends=True)
+        # A power cut may have left the last line torn, because it is not synchronised.
+        whole = (line.split() for line in lines if line.endswith("\n") and len(line.split()) == 3)
+        return [(float(when), host, int(process)) for when, host, process in whole]
 
     def start(self, block: int) -> float:
         """Note that a computation of a block begins in this process; the time [s since 1970].
@@ -208,7 +220,8 @@ def plain(value: Any) -> Any:
     """A declaration as JSON can hold it: mappings, lists, texts and finite numbers; anything else as its repr.
 
     A declaration is compared with one that was read back from JSON. So tuples become lists, as JSON has no tuples, and
-    NaN becomes a text, as it would otherwise differ from itself.
+    NaN becomes a text, as it would otherwise differ from itself. A function, such as g1, is known by its module and
+    name, since its repr holds an address in memory, which another process does not have.
     """
     if is_dataclass(value) and not isinstance(value, type):
         return plain(asdict(value))
@@ -220,6 +233,8 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
+    if inspect.isfunction(value) and value.__name__ != "<lambda>":
+        return f"{value.__module__}.{value.__qualname__}"
     return repr(value)
 
 

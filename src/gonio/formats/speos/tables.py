@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from gonio.door.text import clip, lines
+from gonio.door.text import clip, head, lines
 from gonio.files import FormatError
 from gonio.formats import hemispheres
 from gonio.formats.hemispheres import SAME, Values, in_words
@@ -40,8 +40,7 @@ class SpeosLines:
         self.path, self.line = path, 0
         self._source = lines(path, longest=LONGEST)
         self._ahead: list[tuple[int, str]] = []
-        with path.open("rb") as file:
-            self.break_length = 2 if b"\r\n" in file.read(4096) else 1
+        self.break_length = 2 if b"\r\n" in head(path, 4096) else 1
 
     def wrong(self, what: str) -> FormatError:
         """The error to raise for what is wrong at the last line read."""

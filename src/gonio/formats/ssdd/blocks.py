@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from gonio.door.binary import mapped
 from gonio.door.text import MOST_VALUES, clip, number
 from gonio.files import FormatError
 
@@ -175,7 +176,7 @@ class _Lines:
 
 def read_blocks(path: Path) -> tuple[list[SsddBlock], list[str]]:
     """The blocks of a file, each kind once, and its lines of provenance. Raises FormatError with the line or byte."""
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+    with mapped(path) as data:
         lines = _Lines(path, data)
         notes: list[str] = []
         blocks: list[SsddBlock] = []

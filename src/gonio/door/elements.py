@@ -94,7 +94,7 @@ class _Builder:
         else:
             self.remarks += [line.strip() for line in text.splitlines() if line.strip()]
 
-    def end(self, tag: str) -> None:
+    def end(self, _tag: str) -> None:
         """Close the innermost element."""
         element, pieces = self._open.pop()
         element.text = "".join(pieces)

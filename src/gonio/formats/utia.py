@@ -79,7 +79,7 @@ def _turned(values: Values, back: bool) -> Values:
     return np.take_along_axis(values, np.broadcast_to(source[None, None, :, None, :], values.shape), axis=-1)
 
 
-def _layout(scan: xr.Dataset) -> xr.Dataset:
+def _layout(_scan: xr.Dataset) -> xr.Dataset:
     """The one grid of the format."""
     return coordinates.grid("spherical", **AXES)
 

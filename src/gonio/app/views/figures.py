@@ -79,7 +79,7 @@ def _components(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     return components(scan, best.model, best.solution.components, title=f"{name}: {best.model.name}")
 
 
-def _convergence(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
+def _convergence(name: str, _scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     histories = {row.model.name: row.solution.dataset["history"].values for row in rows}
     if max(len(h) for h in histories.values()) < 2:
         raise ValueError("an exact solution has no course to draw: add --solver anneal")
@@ -102,7 +102,7 @@ def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
     return model(geometry, values)
 
 
-def _spectra(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
+def _spectra(name: str, _scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     ordered = sorted(rows, key=lambda row: row.model.name)
     return spectra({row.model.name: row.solution.parameters() for row in ordered}, title=name)
 

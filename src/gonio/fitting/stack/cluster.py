@@ -65,7 +65,7 @@ class Cluster:
     is_local: bool
 
 
-def dask_setup(worker: Any) -> None:
+def dask_setup(_worker: Any) -> None:
     """Make a new process ignore Ctrl-C; Dask calls this by name in every process that preloads this module.
 
     A terminal sends Ctrl-C to all processes of a command. Only the first one must act on it, and it ends the others.

@@ -1,6 +1,8 @@
 """A stack fitted block by block: what is written, what is marked, what is taken up again, and what is refused."""
 
 import math
+import os
+import time
 
 import numpy as np
 import pytest
@@ -167,6 +169,27 @@ def test_a_block_that_was_half_written_is_written_anew(tmp_path, monkeypatch, fi
         fit_block(again.job, block)
     assert contents(run.job.out) == undisturbed
     assert len(run.manifest.starts(1)) == 2
+
+
+def test_unfinished_files_of_a_killed_process_are_removed(tmp_path):
+    """Those from before the computation of the block; a younger file may be another worker's."""
+    write_stack(tmp_path / "stack.zarr", {"sample": 10})
+    run = prepared(tmp_path)
+    run.begin()
+    names = ("value/c/1/0.a.partial", "cost/c/1.b.partial", "cost/c/1.c.partial", "cost/c/2.d.partial")
+    *old, young, of_another = files = [run.job.out / name for name in names]
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(b"half")
+    later = time.time() + 60
+    os.utime(young, (later, later))
+    run.manifest.start(1)  # a process that was killed
+    time.sleep(0.05)  # a file's time may be some milliseconds off
+    for block in run.todo:
+        fit_block(run.job, block)
+    assert not any(file.exists() for file in old)
+    assert young.exists()
+    assert of_another.exists()  # block 2 was begun once: nobody was killed in it
 
 
 def test_the_mark_comes_after_the_chunks_are_on_the_disk(tmp_path, monkeypatch):

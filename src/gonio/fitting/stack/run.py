@@ -269,6 +269,8 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
     result = job.search()(problem, part, **job.asked.settings).transpose(*job.blocks.dims, ...)
     seconds = time.time() - started
     lane_store.write(job.out, result, job.blocks, block)
+    if len(manifest.starts(block)) > 1:
+        lane_store.remove_leftovers(job.out, result, job.blocks, block, started)
     record = Record(
         block=block,
         lanes=job.blocks.size(block),

@@ -126,6 +126,22 @@ def write(path: Path, result: xr.Dataset, blocks: BlockGrid, block: int) -> None
                     synchronise(folder)
 
 
+def remove_leftovers(path: Path, result: xr.Dataset, blocks: BlockGrid, block: int, before: float) -> None:
+    """Remove the unfinished files of a block that a process left when it was killed while Zarr wrote its chunks.
+
+    Zarr writes a chunk under a name of its own and renames it. Files younger than `before` [s since 1970] stay, because
+    another worker may be writing them.
+    """
+    import zarr
+
+    group = zarr.open_group(path, mode="r", use_consolidated=False)
+    for name in [str(n) for n in result.data_vars if is_per_lane(result[n], blocks)]:
+        for file in _chunk_files(path / name, group[name], blocks.place(block)):
+            for left in file.parent.glob(f"{file.name}.*.partial"):
+                if left.stat().st_mtime < before:
+                    left.unlink(missing_ok=True)
+
+
 def _chunk_files(folder: Path, array: Any, place: tuple[int, ...]) -> Iterator[Path]:
     """The files of a block's chunks, by Zarr format 3 `c/i/j/..`; one, as further dimensions are not cut."""
     counts = [range(-(-n // c)) for n, c in zip(array.shape, array.chunks, strict=True)][len(place) :]

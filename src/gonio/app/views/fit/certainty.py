@@ -149,11 +149,11 @@ def _profile_table(profiles: tuple[Profile, ...]) -> "Table":
 
 
 def _derived_table(numbers: tuple[Derived, ...]) -> "Table":
-    told = [number for number in numbers if not number.why]
-    parts = "standard uncertainty" if all(n.systematic != n.systematic for n in told) else "random ± systematic"
+    known = [number for number in numbers if not number.why]
+    parts = "standard uncertainty" if all(n.systematic != n.systematic for n in known) else "random ± systematic"
     out = table("derived", "of", f"value ± {parts}", "unit", left=2)
     out.columns[3].justify = "left"
-    for number in told:
+    for number in known:
         where = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in number.where.items())
         out.add_row(
             number.name, where, uncertain(number.value, number.uncertainty, number.systematic), unit_label(number.unit)

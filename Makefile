@@ -6,6 +6,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
+# Python compiles a module when it is first imported; compiling all that is installed takes most of a minute.
+INSTALL := $(PIP) install --no-compile
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .PHONY: help demo test check format docs lock clean
@@ -63,15 +65,15 @@ $(VENV)/.venv:
 
 $(VENV)/.run: locks/run.lock $(VENV)/.venv
 	@echo "installing what gonio needs"
-	$(PIP) install --require-hashes -r locks/run.lock
+	$(INSTALL) --require-hashes -r locks/run.lock
 	touch $@
 
 $(VENV)/.test: locks/test.lock $(VENV)/.run
 	@echo "installing what the checks need"
-	$(PIP) install --require-hashes -r locks/test.lock
+	$(INSTALL) --require-hashes -r locks/test.lock
 	touch $@
 
 # The wheel, as a user gets it: built and installed without network or cache.
 $(VENV)/.gonio: $(VENV)/.run $(SOURCES)
-	$(PIP) install --no-index --no-deps --no-build-isolation --force-reinstall .
+	$(INSTALL) --no-index --no-deps --no-build-isolation --force-reinstall .
 	touch $@

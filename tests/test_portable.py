@@ -36,21 +36,38 @@ def open_files(path, *arguments, **options):
 os.open = open_files
 """
 
+# A main module of its own, which the processes of --workers import again.
+END = "-- end of a command --"
+COMMANDS = f"""
+import sys
+if __name__ == "__main__":
+    from gonio.app.cli import main
+    for command in {{commands!r}}:
+        sys.argv = ["gonio", *command]
+        try:
+            main()
+        except SystemExit as end:
+            if end.code:
+                raise
+        print({END!r})
+"""
+
 
 @pytest.fixture
 def bare(tmp_path):
-    """Run gonio in a Python without what only some systems have; returns what it prints."""
+    """Run commands of gonio, one after the other, in a Python without what only some systems have: what each prints."""
     (tmp_path / "start").mkdir()
     (tmp_path / "start" / "sitecustomize.py").write_text(BARE, encoding="utf-8")
     paths = os.pathsep.join([str(tmp_path / "start"), *filter(None, sys.path)])
 
-    def call(*arguments):
+    def call(*commands):
+        (tmp_path / "commands.py").write_text(COMMANDS.format(commands=commands), encoding="utf-8")
         done = subprocess.run(
-            [sys.executable, "-c", "from gonio.app.cli import main; main()", *map(str, arguments)],
+            [sys.executable, "commands.py"],
             capture_output=True, text=True, cwd=tmp_path, check=False, env=os.environ | {"PYTHONPATH": paths},
         )  # fmt: skip
         assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout
+        return done.stdout.split(END)[:-1]
 
     return call
 
@@ -73,17 +90,21 @@ def test_the_absence_is_real(bare, tmp_path):
 
 
 def test_info_fit_compare_and_convert_need_no_one_system(bare, scan_file, tmp_path):
-    assert json.loads(bare("info", scan_file, "--json", "-"))["points"] == 42
-    fitted = json.loads(bare("fit", scan_file, "--model", "cauchy-lorentz", "--out", "fitted", "--json", "-"))
-    assert fitted["status"].startswith("converged")
-    assert (tmp_path / "fitted" / "solution.nc").exists()
-    ranked = json.loads(
-        bare("compare", scan_file, "--models", "lambert,cauchy-lorentz", "--workers", "2", "--json", "-")
+    scan = str(scan_file)
+    described, fitted, ranked, *converted = bare(
+        ("info", scan, "--json", "-"),
+        ("fit", scan, "--model", "cauchy-lorentz", "--out", "fitted", "--json", "-"),
+        ("compare", scan, "--models", "lambert,cauchy-lorentz", "--workers", "2", "--json", "-"),
+        ("convert", scan, "scan.nc"),
+        ("info", "scan.nc", "--json", "-"),
+        ("convert", scan, "scan.zarr"),
+        ("info", "scan.zarr", "--json", "-"),
     )
-    assert [row["model"] for row in ranked[0]["ranking"]] == ["cauchy-lorentz", "lambert"]
-    for target in ("scan.nc", "scan.zarr"):
-        bare("convert", scan_file, target)
-        assert json.loads(bare("info", target, "--json", "-"))["points"] == 42
+    assert json.loads(described)["points"] == 42
+    assert json.loads(fitted)["status"].startswith("converged")
+    assert (tmp_path / "fitted" / "solution.nc").exists()
+    assert [row["model"] for row in json.loads(ranked)[0]["ranking"]] == ["cauchy-lorentz", "lambert"]
+    assert [json.loads(text)["points"] for text in converted[1::2]] == [42, 42]
 
 
 def test_what_stands_in_where_the_system_does_not_tell(monkeypatch, tmp_path):

@@ -218,6 +218,8 @@ def converted(scan: xr.Dataset, target: Path, kind: str) -> str:
 def test_every_sample_goes_into_every_format_or_says_why_not(source, sample_files, tmp_path):
     """No crash among all pairs: a file, or one sentence with a remedy. The smallest file stands for its format."""
     scan = read(min(sample_files[source], key=size_of))
+    if scan.sizes.get("wavelength", 0) > 2:
+        scan = scan.isel(wavelength=slice(2))  # two are several, and take less time
     written = 0
     for kind in [kind for kind in WRITABLE if kind.name not in HUGE]:
         target = tmp_path / f"{source}-{kind.name}"

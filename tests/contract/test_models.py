@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gonio import Geometry, catalogue
 from gonio.model import Model, declarations
-from libraries import EVERY_LIBRARY
+from libraries import EVERY_LIBRARY, quickly_compiled
 from places import ROOT
 
 MODELS = list(catalogue.values())
@@ -58,7 +58,11 @@ def test_libraries_agree(model, library):
     expected = values_and_matrices(model, Geometry.from_degrees(*angles), {})
     with library.active():
         shape = {name: library.array(np.full(200, p.default)) for name, p in list(model.shape.items())[:1]}
-        found = values_and_matrices(model, Geometry.from_degrees(*(library.array(a) for a in angles)), shape)
+
+        def computed(shape, *angles):
+            return values_and_matrices(model, Geometry.from_degrees(*angles), shape)
+
+        found = library.call(computed, shape, *map(library.array, angles))
         for weight, value in found.items():
             np.testing.assert_allclose(
                 library.back(value),
@@ -116,28 +120,27 @@ def test_compiles_maps_and_differentiates(model):
 
     brdf = sum_of_terms(model)
     defaults = np.array([p.default for p in model.shape.values()])
-    expected = brdf(defaults, *POLES)
+    expected = [brdf(vector, *POLES) for vector in (defaults, 1.1 * defaults)]
 
     def computed(vector, *angles):
-        def pushed(*push):
-            return jax.jvp(lambda *a: brdf(vector, *a), angles, push)
+        """The value, and its derivatives by each parameter and by each angle, in one pass through the model."""
 
-        several = jax.vmap(brdf, in_axes=(0, None, None, None))(jnp.stack([vector, vector * 1.1]), *angles)
-        one_angle = (jnp.zeros((3, a.size)).at[k].set(1.0) for k, a in enumerate(angles))
-        value, by_angle = jax.vmap(pushed, out_axes=(None, 0))(*one_angle)
-        return value, several[0], by_angle, jax.jacfwd(brdf)(vector, *angles)
+        def pushed(*push):
+            return jax.jvp(brdf, (vector, *angles), push)
+
+        inputs = len(vector) + len(angles)
+        by_parameter = jnp.eye(inputs, len(vector))
+        by_angle = [jnp.zeros((inputs, a.size)).at[len(vector) + k].set(1.0) for k, a in enumerate(angles)]
+        return jax.vmap(pushed, out_axes=(None, 0))(by_parameter, *by_angle)
 
     with jax.enable_x64(True):
-        arguments = (jnp.asarray(defaults), *map(jnp.asarray, POLES))
-        # All at once: compiling every operation for itself takes ten times as long. Without optimisation: that takes as
-        # long again and shows nothing about a model.
-        quick = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
-        compiled = jax.jit(computed).lower(*arguments).compile(compiler_options=quick)
-        value, mapped, by_angle, slopes = compiled(*arguments)
-    np.testing.assert_allclose(value, expected, rtol=1e-12)
-    np.testing.assert_allclose(mapped, expected, rtol=1e-12)
-    assert all(np.isfinite(slope).all() for slope in by_angle)
-    assert_slopes(model, np.asarray(slopes))
+        vectors = jnp.stack([jnp.asarray(defaults), jnp.asarray(defaults) * 1.1])
+        mapped = jax.vmap(computed, in_axes=(0, None, None, None))
+        values, slopes = quickly_compiled(mapped, vectors, *map(jnp.asarray, POLES))
+    np.testing.assert_allclose(values, expected, rtol=1e-12)
+    slopes = np.asarray(slopes[0])
+    assert np.isfinite(slopes[len(defaults) :]).all()
+    assert_slopes(model, slopes[: len(defaults)].T)
 
 
 @every_model

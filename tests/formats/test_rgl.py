@@ -251,6 +251,20 @@ def test_many_incidence_angles_become_even_ones():
     assert onto["theta_i"].values[[0, -1]].tolist() == [0, 89]
 
 
+def test_channels_of_another_order_are_stored_in_that_of_the_file(tmp_path):
+    scan, path = samples.laid_out(), tmp_path / "a.bsdf"
+    FORMAT.write(scan.isel(channel=[2, 0, 1]), path)
+    again = read(path)
+    assert again["channel"].values.tolist() == ["R", "G", "B"]
+    ordered = scan["brdf"].sel(channel=["R", "G", "B"]).transpose(*again["brdf"].dims)
+    np.testing.assert_allclose(again["brdf"].values, ordered.values, rtol=1e-7)  # the file holds single precision
+
+
+def test_channels_that_it_cannot_hold_are_refused_before_they_are_resampled():
+    with pytest.raises(ValueError, match="channels R, G and B, not X, Y"):
+        FORMAT.layout(make_scan([10.0, 10.0], [10.0, 10.0], [0.1, 0.2], coordinates={"channel": ["X", "Y"]}))
+
+
 def test_what_cannot_be_written_is_refused(tmp_path):
     path = tmp_path / "a.bsdf"
     scan = samples.laid_out()

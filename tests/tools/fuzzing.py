@@ -31,8 +31,8 @@ from workers import Process, Tally, Worker
 
 RECORD = ROOT / "benchmarks" / "fuzzing.json"
 INPUTS = 200_000
-QUICK_DOORS = 120
-QUICK = 400  # inputs of each format in `make test`, fewer where all its files are large
+QUICK_DOORS = 80
+QUICK = 250  # inputs of each format in `make test`, fewer where all its files are large
 CHUNK = 500  # inputs that a worker does at a stretch
 SAVED = 3  # failing inputs kept of one kind
 SHOWN = ("inputs", "reached", "read", "refused", "failures", "slowest_ms", "peak_MB")

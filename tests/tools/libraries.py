@@ -9,15 +9,35 @@ import numpy as np
 import pytest
 
 
+def quickly_compiled(function: Callable[..., Any], *arguments: Any) -> Any:
+    """`function(*arguments)`, compiled by JAX as a whole and without optimisation.
+
+    Compiling every operation by itself takes many times as long, and so does optimising; neither shows anything more
+    about a model.
+    """
+    import jax
+
+    options = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+    return jax.jit(function).lower(*arguments).compile(compiler_options=options)(*arguments)
+
+
+def _directly(function: Callable[..., Any], *arguments: Any) -> Any:
+    return function(*arguments)
+
+
 @dataclass(frozen=True)
 class Library:
-    """How to make an array of a library from NumPy's, how to come back, and what must be installed for it."""
+    """How to make an array of a library from NumPy's, how to come back, and what must be installed for it.
+
+    call: calls a function of arrays as the library's users do.
+    """
 
     name: str
     array: Callable[[Any], Any]
     precision: float
     back: Callable[[Any], np.ndarray] = np.asarray
     needs: str = "numpy"
+    call: Callable[..., Any] = _directly
 
     @contextmanager
     def active(self) -> Iterator[None]:
@@ -85,15 +105,15 @@ LIBRARIES = (
     Library("numpy-read-only", _read_only, 1e-12),
     Library("numpy-float32", lambda values: np.asarray(values, dtype=np.float32), 2e-5),
     Library("array-api-strict", _strict, 1e-12),
-    Library("jax-float64", _jax("float64"), 1e-12),
-    Library("jax-float32", _jax("float32"), 2e-5),
+    Library("jax-float64", _jax("float64"), 1e-12, call=quickly_compiled),
+    Library("jax-float32", _jax("float32"), 2e-5, call=quickly_compiled),
     Library("torch-float64", _torch("float64"), 1e-12, needs="torch"),
     Library("torch-float32", _torch("float32"), 2e-5, needs="torch"),
     Library("cupy-float64", _cupy, 1e-12, back=lambda array: array.get(), needs="cupy"),
     Library("drjit-scalar-float64", _drjit("TensorXf64"), 1e-12, needs="drjit"),
     Library("drjit-scalar-float32", _drjit("TensorXf"), 2e-5, needs="drjit"),
 )
-# JAX compiles each operation once a process: in one process the models share them.
+# JAX compiles what it has not compiled before in this process: in one process the models share that.
 EVERY_LIBRARY = [
     pytest.param(library, marks=[pytest.mark.xdist_group("jax")] * library.name.startswith("jax"), id=library.name)
     for library in LIBRARIES

@@ -20,7 +20,7 @@ import xarray as xr
 from gonio.door.tensor_file import MAGIC, Fields, write_fields
 from gonio.door.text import clip
 from gonio.formats.format import Format, Holds
-from gonio.formats.rgl.layout import layout
+from gonio.formats.rgl.layout import layout, refuse_channels
 from gonio.formats.rgl.scan import BELOW, DIMENSIONS, GRAZING, NAME, as_scan, evaluate, measurement_of, with_values
 from gonio.measured.dataset import add_history
 
@@ -116,11 +116,14 @@ def _values_name(fields: Fields) -> str:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
+    refuse_channels(scan)
     tensors, sets, is_unchanged = with_values(scan)
     if sets not in ((), ("channel",), ("wavelength",)):
         raise ValueError(f"RGL files hold channels or wavelengths, not {' and '.join(sets)}: choose one with --select")
     with np.errstate(over="ignore"):  # what is too large becomes infinite, and is refused below
         stored = np.asarray(tensors["spectra"]).astype(np.float32)
+    if sets == ("channel",):
+        stored = stored[[list(scan["channel"].values).index(name) for name in "RGB"]]
     if sets:
         stored = np.moveaxis(stored, 0, 2)
     else:
@@ -141,13 +144,7 @@ def _fields(scan: xr.Dataset, tensors: dict[str, Any], stored: Any, sets: tuple[
     if "wavelength" in scan.coords:
         wavelengths = np.atleast_1d(scan["wavelength"].values).astype(np.float32)
         values = {"wavelengths": wavelengths, "spectra": stored}
-    elif sets:
-        channels = [str(c) for c in scan["channel"].values]
-        if channels != ["R", "G", "B"]:
-            raise ValueError(f"RGL files hold the channels R, G and B, not {', '.join(channels)}")
-    elif "channel" in scan.coords:
-        raise ValueError(f"RGL files hold R, G and B together, not {scan['channel'].item()} alone")
-    else:
+    elif not sets:
         extra = {GREY: np.ones(1, dtype=np.uint8)}
     fields = {
         "version": tensors.get("version", np.array([1, 0])).astype("<u4"),

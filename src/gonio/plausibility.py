@@ -10,6 +10,7 @@ import xarray as xr
 
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.optics.quadrature import gauss_legendre
 
 Values = npt.NDArray[np.float64]
 Brdf = Callable[[Geometry], Values]
@@ -71,8 +72,8 @@ def hemispherical_reflectance(brdf: Brdf, theta_i: float, nodes: int = 200) -> f
     narrower than a slope of 0.02 it is good to 1e-5 up to 75 deg. In the unit of f times sr: at most 1 for a passive
     surface where f is in 1/sr, arbitrary for relative data.
     """
-    x, w = np.polynomial.legendre.leggauss(nodes)
-    half, v = np.polynomial.legendre.leggauss(nodes // 2)
+    x, w = gauss_legendre(nodes)
+    half, v = gauss_legendre(nodes // 2)
     azimuths = np.concatenate([90 * (half + 1), 90 * (half + 1) + 180])
     theta_r, phi = np.meshgrid(45 * (x + 1), azimuths, indexing="ij")
     weights = np.outer(w, np.tile(v, 2)) * (math.pi / 4) * (math.pi / 2)
@@ -86,7 +87,7 @@ def bihemispherical_reflectance(brdf: Brdf, nodes: int = 200) -> float:
 
     Gauss-Legendre quadrature in theta_i over `hemispherical_reflectance` with so many nodes.
     """
-    x, w = np.polynomial.legendre.leggauss(INCIDENCES)
+    x, w = gauss_legendre(INCIDENCES)
     cosines_squared = (x + 1) / 2  # by which uniform light arrives evenly
     angles = np.degrees(np.arccos(np.sqrt(cosines_squared)))
     return float(sum(w / 2 * [hemispherical_reflectance(brdf, angle, nodes) for angle in angles]))

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from gonio.geometry import Geometry
 from gonio.model import Model
+from gonio.optics.quadrature import gauss_legendre
 
 Values = npt.NDArray[np.float64]
 UNPOLARISED = (1.0, 0.0, 0.0, 0.0)
@@ -75,8 +76,8 @@ def emissivity(model: Model, values: Mapping[str, float], theta_r: float) -> Val
 
 def _arriving(model: Model, values: Mapping[str, float], theta_r: float, nodes: int) -> Values:
     """Stokes vector that leaves towards theta_r under an unpolarised hemisphere of unit radiance."""
-    x, w = np.polynomial.legendre.leggauss(nodes)
-    half, v = np.polynomial.legendre.leggauss(nodes // 2)
+    x, w = gauss_legendre(nodes)
+    half, v = gauss_legendre(nodes // 2)
     theta_i, phi = np.meshgrid(45 * (x + 1), np.concatenate([90 * (half + 1), 90 * (half + 1) + 180]), indexing="ij")
     i = np.radians(theta_i)
     weights = np.outer(w, np.tile(v, 2)) * (math.pi / 4) * (math.pi / 2) * np.cos(i) * np.sin(i)

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from gonio.geometry import GRAZING, Geometry
 from gonio.model import Model
+from gonio.optics.quadrature import gauss_legendre
 from gonio.options import Option
 
 Values = npt.NDArray[np.float64]
@@ -127,7 +128,7 @@ def _cone(centre: tuple[Any, ...], half_angle: float, step: float, turn: float =
     if half_angle == 0:
         return (x, y, z), np.ones(1)
     rings = max(FEWEST, int(np.ceil(half_angle / step)))
-    points, portions = np.polynomial.legendre.leggauss(rings)
+    points, portions = gauss_legendre(rings)
     inside = (points + 1) / 2  # part of the solid angle inside each ring
     steps = np.ceil(4 * rings * np.sqrt(inside)).astype(int)
     azimuth = np.concatenate([(np.arange(n) + turn) * (2 * np.pi / n) for n in steps])[:, None]

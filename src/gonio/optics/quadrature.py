@@ -10,7 +10,7 @@ from gonio.arrays import Array, constants, is_traced_never, namespace
 
 def unit_interval(count: int, like: Array) -> tuple[Array, Array]:
     """Gauss-Legendre nodes and weights on 0..1, in the array library, dtype and device of `like`."""
-    nodes, weights = _gauss_legendre(count)
+    nodes, weights = gauss_legendre(count)
     return constants((nodes + 1) / 2, like), constants(weights / 2, like)
 
 
@@ -54,5 +54,9 @@ def for_each(function: Callable[..., Array], *shape: Array) -> Array:
 
 
 @functools.cache
-def _gauss_legendre(count: int) -> tuple[Array, Array]:
-    return np.polynomial.legendre.leggauss(count)
+def gauss_legendre(count: int) -> tuple[Array, Array]:
+    """Gauss-Legendre nodes and weights on -1..1, computed once for each number of nodes."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes.setflags(write=False)  # every caller has the same arrays
+    weights.setflags(write=False)
+    return nodes, weights

@@ -66,6 +66,8 @@ def test_models_that_tie_stand_with_the_simpler_first():
     one, two = (SimpleNamespace(metrics={"E": e}, free_parameters=n) for e, n in ((0.1, 5), (0.1 * (1 + 1e-9), 2)))
     three = SimpleNamespace(metrics={"E": float("nan")}, free_parameters=1)
     assert _ordered([three, one, two], lambda row: row.metrics["E"]) == [two, one, three]
+    first, second = (SimpleNamespace(metrics={"E": e}, free_parameters=2) for e in (0.1 * (1 + 1e-9), 0.1))
+    assert _ordered([first, second], lambda row: row.metrics["E"]) == [first, second]  # rounding decides nothing
 
 
 def test_rank_orders_and_routes_options(aluminium):

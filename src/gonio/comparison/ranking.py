@@ -69,14 +69,15 @@ def _assessed(problem: Problem, solver: Solver | None, left_out: str) -> Row:
 
 
 def _ordered(rows: Sequence[Row], error_of: Callable[[Row], float]) -> list[Row]:
-    """By an error; of models that agree in it to TIE the simpler first, so that rounding does not decide."""
+    """By an error; of models that agree in it to TIE the simpler first, then as given: rounding decides nothing."""
+    place = {id(row): k for k, row in enumerate(rows)}
     ties: list[list[Row]] = []
     for row in sorted(rows, key=lambda row: (math.isnan(error_of(row)), error_of(row))):
         if ties and math.isclose(error_of(ties[-1][0]), error_of(row), rel_tol=TIE):
             ties[-1].append(row)
         else:
             ties.append([row])
-    return [row for tied in ties for row in sorted(tied, key=lambda row: row.free_parameters)]
+    return [row for tied in ties for row in sorted(tied, key=lambda row: (row.free_parameters, place[id(row)]))]
 
 
 def _for_model(model: Model, models: Sequence[Model], options: ProblemOptions) -> dict[str, Any]:

@@ -4,8 +4,8 @@
 composed of gonio's own parts:
 
 - Mitsuba multiplies the masking of both directions and takes Walter's rational fit for Beckmann's. Its principled
-  material has an exact dielectric Fresnel factor where burley2012 has Schlick's, masks a brushed surface by its slopes
-  along each direction, and leaves 1/(4 cos theta_i cos theta_r) out of the clearcoat. All else agrees as it stands.
+  material has an exact dielectric Fresnel factor where burley2012 has Schlick's, and leaves
+  1/(4 cos theta_i cos theta_r) out of the clearcoat. All else agrees as it stands.
 - SCATMECH's rms slopes are total, its azimuth 0 is forward, and its spectrum has a unit. Its basis psps is gonio's.
 
 Mitsuba computes in single precision, so 1e-6 of the value is some ten of its roundings. That is met wherever its
@@ -63,17 +63,8 @@ def body(g, **shape):
     return disney(g, 0.5, **shape) - disney(g, 0.0)
 
 
-def brushed(g):
-    """Ours masks by the isotropic width, Mitsuba by the slopes along the direction."""
-    width, aspect = 0.75**2, 0.55**0.5
-
-    def along(x, y, cos):
-        squared = ((width / aspect * x) ** 2 + (width * aspect * y) ** 2) / (x**2 + y**2)
-        return ggx_lambda(cos, squared**0.5)
-
-    theirs = smith_uncorrelated(along(g.x_i, g.y_i, g.cos_i), along(g.x_r, g.y_r, g.cos_r))
-    ours = smith_uncorrelated(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
-    return disney(g, 0.5, metallic=1.0, anisotropic=0.5) * theirs / ours
+def brushed(g, anisotropic):
+    return disney(g, 0.5, metallic=1.0, anisotropic=anisotropic)
 
 
 def clearcoat(g):
@@ -95,6 +86,11 @@ def cancellation(g):
     return 1 + c / (1 - c)
 
 
+def stretch(g, anisotropic):
+    """An error in 0.9 a is 0.9 a/(1 - 0.9 a) times as large in 1 - 0.9 a, and half of that in the aspect, its root."""
+    return 1 + 0.9 * anisotropic / (1 - 0.9 * anisotropic) / 2 + 0 * g.cos_i
+
+
 MITSUBA = {
     "diffuse": (lambda g: catalogue["lambert"](g, {"rho": 0.5}) + 0 * g.cos_i, well),
     "ggx 0.25": (lambda g: ggx(g, 0.25, 1.375, 7.625), well),
@@ -106,7 +102,13 @@ MITSUBA = {
     "flat": (lambda g: body(g, subsurface=0.75), well),
     "sheen": (lambda g: body(g, sheen=0.5), well),
     "metal": (lambda g: disney(g, 0.5, metallic=1.0), well),
-    "brushed": (brushed, well),
+    **{
+        f"brushed {anisotropic:g}": (
+            functools.partial(brushed, anisotropic=anisotropic),
+            functools.partial(stretch, anisotropic=anisotropic),
+        )
+        for anisotropic in (0.25, 0.5, 0.75, 1.0)
+    },
     "dielectric": (lambda g: body(g) + ggx(g, 0.75**2, 1.5, 0.0), well),
     "clearcoat": (clearcoat, cancellation),
 }

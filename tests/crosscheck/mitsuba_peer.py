@@ -64,7 +64,10 @@ SURFACES = {
     "flat": ("hemisphere", principled(0.5, flatness=0.75)),
     "sheen": ("hemisphere", principled(0.5, sheen=0.5)),
     "metal": ("hemisphere", principled(0.5, metallic=1.0, eta=1.5)),
-    "brushed": ("hemisphere", principled(0.5, metallic=1.0, eta=1.5, anisotropic=0.5)),
+    **{
+        f"brushed {anisotropic:g}": ("hemisphere", principled(0.5, metallic=1.0, eta=1.5, anisotropic=anisotropic))
+        for anisotropic in (0.25, 0.5, 0.75, 1.0)
+    },
     "dielectric": ("hemisphere", principled(0.5, eta=1.5)),
     "clearcoat": ("hemisphere", principled(0.0, clearcoat=1.0, clearcoat_gloss=0.0)),
 }

@@ -8,7 +8,7 @@ from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Model, Parameter, drawn_by
 from gonio.optics.distributions import draw_gtr
 from gonio.optics.facets import ggx_slopes, gtr_normals, reflected
-from gonio.optics.masking import ggx_lambda, smith_uncorrelated
+from gonio.optics.masking import elliptical_ggx_lambda, smith_uncorrelated
 from gonio.optics.sampling import COSINE, Either, FacetNormals, VisibleGGX
 
 Base = Annotated[float, Parameter(0.5, 0.0, 1.0, "linear base value")]
@@ -38,8 +38,11 @@ def _diffuse(g: Geometry, roughness: Array, subsurface: Array) -> Array:
     return _mix(plain, scattered, subsurface) / math.pi
 
 
-def _masking(g: Geometry, width: Array) -> Array:
-    return smith_uncorrelated(ggx_lambda(g.cos_i, width), ggx_lambda(g.cos_r, width))
+def _masking(g: Geometry, along: Array, across: Array) -> Array:
+    return smith_uncorrelated(
+        elliptical_ggx_lambda(g.x_i, g.y_i, g.cos_i, along, across),
+        elliptical_ggx_lambda(g.x_r, g.y_r, g.cos_r, along, across),
+    )
 
 
 def _widths(roughness: Array, anisotropic: Array) -> tuple[Array, Array]:
@@ -63,7 +66,8 @@ def principled(
     """Diffuse with retro-reflection, sheen, and a GGX highlight (burley2012, formulas 7.5)."""
     grazing = _grazing(g.cos_beta)
     normal = _mix(0.08 * specular, base, metallic)
-    highlight = reflected(g, ggx_slopes(g, *_widths(roughness, anisotropic)), _masking(g, roughness**2))
+    widths = _widths(roughness, anisotropic)
+    highlight = reflected(g, ggx_slopes(g, *widths), _masking(g, *widths))
     body = base * _diffuse(g, roughness, subsurface) + sheen * grazing
     return (1 - metallic) * body + _mix(normal, 1.0, grazing) * highlight
 
@@ -73,7 +77,7 @@ def clearcoat(g: Geometry, gloss: Gloss) -> Dimensionless:
     """A quarter of a second, GTR highlight of fixed index 1.5 (burley2012, formulas 7.5)."""
     normals = gtr_normals(g, _mix(0.1, 0.001, gloss), 1.0)
     fresnel = _mix(0.04, 1.0, _grazing(g.cos_beta))
-    return 0.25 * fresnel * reflected(g, normals, _masking(g, 0.25))
+    return 0.25 * fresnel * reflected(g, normals, _masking(g, 0.25, 0.25))
 
 
 disney = Model(

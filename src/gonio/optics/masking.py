@@ -62,6 +62,15 @@ def ggx_lambda(cos: Array, width: Array) -> Array:
     return (xp.sqrt(1 + width**2 * (1 - cos**2) / cos**2) - 1) / 2
 
 
+def elliptical_ggx_lambda(x: Array, y: Array, z: Array, along: Array, across: Array) -> Array:
+    """Smith's Lambda of GGX slopes of width `along` and `across` the x axis, for a direction (x, y, z).
+
+    A direction meets the slopes along its own azimuth alone, of squared width (along^2 x^2 + across^2 y^2)/(x^2 + y^2)
+    (burley2012, smithG_GGX_aniso).
+    """
+    return (namespace(z).sqrt(1 + ((along * x) ** 2 + (across * y) ** 2) / z**2) - 1) / 2
+
+
 def ggx_visibility(g: Geometry, width: Array) -> Array:
     """Smith's height-correlated masking of GGX slopes over 4 cos theta_i cos theta_r (formulas 3.2).
 

@@ -80,3 +80,14 @@ def test_a_damaged_fit_is_one_line(run, fit_file, command, keep):
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
     assert "byte" in err
+
+
+def test_numbers_that_cannot_be_rounded_are_shown_as_they_are(run, tmp_path):
+    """A wavelength of 1e308 nm has no ninth decimal; multiplying it by 1e9 is an overflow."""
+    path = tmp_path / "scan.csv"
+    path.write_text(
+        "theta_i_deg,theta_r_deg,wavelength_nm,brdf_sr-1\n10,20,1e308,0.1\n30,20,500,0.1\n", encoding="utf-8"
+    )
+    code, text, err = run("info", path)
+    assert (code, err) == (0, "")
+    assert "1e+308" in text

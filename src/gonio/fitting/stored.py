@@ -31,6 +31,9 @@ from gonio.model import Model
 NUMBERS = (*DIRECTIONS, "wavelength")  # coordinates whose groups have numbers as labels
 HEAD = 8  # bytes: the longest of the signatures by which a NetCDF file is known
 LARGEST = 1e100  # larger values or counts are damage, and overflow in the formulas of models
+SMALLEST_SHARE = (
+    1e-9  # of a parameter's lower bound, if that is positive; a fit's own bounds may lie below the declared
+)
 
 
 def save(dataset: xr.Dataset, path: str | Path, force: bool = False) -> None:
@@ -199,8 +202,13 @@ class _Stored:
             raise self.refuse("a value is larger than any that a fit gives", "value")
         # Weights are not checked, as a problem may give them bounds below zero.
         for k, name in enumerate(names):
-            if name in model.shape and model.shape[name].lower >= 0 and value[k] < 0:
+            if name not in model.shape:
+                continue
+            lower = model.shape[name].lower
+            if lower >= 0 and value[k] < 0:
                 raise self.refuse(f"{name} is {value[k]:g}, below zero", "value")
+            if lower > 0 and value[k] < SMALLEST_SHARE * lower:
+                raise self.refuse(f"{name} is {value[k]:g}, too near to zero for {model.name}", "value")
         if (dataset["uncertainty"].values < 0).any():
             raise self.refuse("an uncertainty is below zero", "uncertainty")
 

@@ -76,7 +76,10 @@ def _distinct(scan: xr.Dataset, name: str) -> list[Any]:
 
 def _rounded(values: np.ndarray) -> np.ndarray:
     """Angles that a change of coordinates moved by rounding are one."""
-    return values.round(9) + 0.0 if values.dtype.kind == "f" else values
+    if values.dtype.kind != "f":
+        return values
+    small = np.abs(values) < 1e9  # larger ones have no ninth decimal, and rounding multiplies them
+    return np.where(small, np.where(small, values, 0.0).round(9), values) + 0.0
 
 
 def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:

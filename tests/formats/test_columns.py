@@ -49,6 +49,40 @@ def test_real_files_are_their_twins(files, shared_scans, name, twin, digits):
     assert recognise(files / f"{name}.csv") is FORMAT
 
 
+@pytest.mark.parametrize(
+    ("comment", "what"),
+    [
+        ("theta_i theta_r phi wavelength_nm brdf", "names the columns 'theta_i theta_r phi wavelength_nm brdf'"),
+        ("rel_azimuth, view_zenith, source_zenith, wavelength_nm, BRF", "names the columns"),
+        ("polar_in azimuth_in polar_out azimuth_out BRF", "names the columns"),
+        ("theta_i phi_i theta_r phi_r", "names the columns"),
+        ("theta_r phi_r theta_i phi_i brdf", "names the columns"),
+        ("theta_in [rad], phi_in [rad], theta_out [rad], phi_out [rad], brdf", "speaks of radians"),
+        ("angles in radians", "speaks of radians"),
+        ("theta phi X Y Z", "names the columns"),
+        ("written by pgII", "speaks of pgII"),
+    ],
+)
+def test_a_comment_that_names_other_columns_is_believed(tmp_path, comment, what):
+    with pytest.raises(FormatError, match=f"line 1: the comment {what}.*tidy CSV"):
+        read(written(tmp_path, f"# {comment}\n{ROW}"))
+
+
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "polar_in azimuth_in polar_out azimuth_out brdf",
+        "phi_i     theta_i     phi_o     theta_o     brdf",
+        "theta_in [deg], phi_in [deg], theta_out [deg], phi_out [deg], BSDF [1/sr]",
+        "theta_i_deg phi_i_deg theta_s_deg phi_s_deg brdf_sr-1",
+        "This file contains the BRDF of a theta stage",
+        "BRDF",
+    ],
+)
+def test_a_comment_that_names_these_or_none_is_no_fault(tmp_path, comment):
+    assert read(written(tmp_path, f"# {comment}\n{ROW}"))["brdf"].item() == 0.5
+
+
 def test_a_wavelength_in_the_comments_is_taken_and_said(files):
     scan = read(files / "chassis_brdf.csv")
     assert set(scan["wavelength"].values) == {532.0}

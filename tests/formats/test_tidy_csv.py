@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gonio import read
+from gonio import read, write
 from gonio.door.text import LONGEST_LINE
 from gonio.files import FormatError
 
@@ -48,6 +48,64 @@ def test_units_and_aliases(tmp_path):
     assert scan["wavelength"].values[0] == pytest.approx(633)
     assert scan["brdf"].attrs["units"] == scan["uncertainty"].attrs["units"] == "a.u."
     assert scan["note"].values[0] == "first"
+
+
+ROUND = "30,0,20,0,0.1\n30,90,30,135,0.2\n30,350,40,80,0.3\n"
+
+
+@pytest.mark.parametrize("name", ["phi_r_deg", "azimuth_deg", "phi_o_deg", "PHI_S_deg", "view_azimuth_deg"])
+def test_the_azimuth_of_the_detector_becomes_that_from_the_source(tmp_path, name):
+    scan = read(written(tmp_path, f"theta_i_deg,phi_i_deg,theta_r_deg,{name},brdf_sr-1\n{ROUND}"))
+    assert scan["phi"].values.tolist() == [0, 45, 90]
+    assert scan["phi_i"].values.tolist() == [0, 90, 350]
+    assert "took phi as the azimuth of the detector less phi_i" in scan.attrs["history"]
+
+
+@pytest.mark.parametrize("name", ["dphi_deg", "delta_phi_deg", "relative_azimuth_deg", "rel_azimuth_deg"])
+def test_an_azimuth_from_the_source_is_taken_as_it_is(tmp_path, name):
+    scan = read(
+        written(tmp_path, f"aoi_deg,view_zenith_deg,{name},bsdf_sr-1,u_sr-1,polarization\n30,20,45,0.1,0.01,s\n")
+    )
+    assert (scan["theta_i"].item(), scan["theta_r"].item(), scan["phi"].item()) == (30, 20, 45)
+    assert scan["uncertainty"].item() == 0.01
+    assert scan["polarisation"].item() == "s"
+
+
+def test_a_detector_alone_has_the_source_at_azimuth_zero(tmp_path):
+    scan = read(written(tmp_path, "theta_i_deg,theta_r_deg,azimuth_deg,brdf_sr-1\n30,20,-90,0.1\n"))
+    assert scan["phi"].item() == 270
+    assert "azimuth of the source, 0" in scan.attrs["history"]
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [
+        ("phy_deg", "phi_deg"),
+        ("azimut_rad", "phi_r_rad"),
+        ("wavelenght_nm", "wavelength_nm"),
+        ("theta_rr_deg", "theta_r_deg"),
+    ],
+)
+def test_an_angle_or_a_length_that_is_not_understood_is_refused_with_the_nearest_name(tmp_path, name, nearest):
+    with pytest.raises(
+        FormatError, match=f"line 1: column '{name}' is not understood, the nearest is {nearest}: rename"
+    ):
+        read(written(tmp_path, f"theta_i_deg,theta_r_deg,{name},brdf_sr-1\n30,20,45,0.1\n"))
+
+
+def test_a_further_column_in_degrees_is_kept_where_the_file_says_so(tmp_path):
+    text = "# further columns: tilt_deg\ntheta_i_deg,theta_r_deg,tilt_deg,brdf_sr-1\n30,20,4.5,0.1\n"
+    scan = read(written(tmp_path, text))
+    assert (scan["tilt"].item(), scan["tilt"].attrs["units"]) == (4.5, "degree")
+    write(scan, tmp_path / "again.csv")
+    assert "# further columns: tilt_deg\n" in (tmp_path / "again.csv").read_text()
+    assert read(tmp_path / "again.csv")["tilt"].item() == 4.5
+
+
+def test_two_names_of_one_column_are_refused(tmp_path):
+    for names in ("phi_r_deg,phi_deg", "dphi_deg,phi_deg"):
+        with pytest.raises(FormatError, match="keep one"):
+            read(written(tmp_path, f"theta_i_deg,theta_r_deg,{names},brdf_sr-1\n30,20,4,5,0.1\n"))
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,26 @@ def test_findings_name_the_lines_of_the_file(tmp_path):
     assert without_lines[0].where.startswith("theta_i 30, theta_r 0, phi 180 deg")
 
 
+def test_angles_that_may_be_radians_are_asked_about():
+    angles = np.linspace(0.05, 1.5, 12)
+    small = make_scan(np.repeat([0.2, 0.5], 12), np.tile(angles, 2), np.full(24, 0.1), np.zeros(24))
+    assert any("no polar angle is above" in f.what and "theta_i_rad" in f.remedy for f in check(small))
+    degrees = small.assign_coords(theta_i=small["theta_i"] * 57.3)
+    assert not any(
+        "no polar angle" in f.what
+        for f in check(degrees.assign_coords(theta_i=degrees["theta_i"].assign_attrs(units="degree")))
+    )
+
+
+def test_a_column_that_is_nearly_one_of_gonios_is_asked_about():
+    data = make_scan([10.0, 30.0], [20.0, 20.0], [0.1, 0.2], variables={"uncertanty": ([0.1, 0.1], "sr-1")})
+    told = [f for f in check(data) if "uncertanty" in f.what]
+    assert [f.severity for f in told] == [Severity.WARNING]
+    assert "rename it to uncertainty" in told[0].remedy
+    harmless = make_scan([10.0, 30.0], [20.0, 20.0], [0.1, 0.2], variables={"temperature": ([20.0, 21.0], "1")})
+    assert not any("temperature" in f.what for f in check(harmless))
+
+
 def test_mask_keeps_the_values():
     masked = mask(scan(), blocked=5.0, floor=1.5)
     assert masked["mask"].values.tolist() == [2, 0, 0, 1]

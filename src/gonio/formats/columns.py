@@ -6,6 +6,8 @@
 
 Columns are separated by white space or commas, `#` starts a comment. A negative polar angle is on the other side of
 the normal. Comments may give the wavelength; `nan` is a missing value. The azimuth in becomes phi_i where it varies.
+Five numbers a row are no signature: where a comment names other columns, speaks of radians or of pgII, the file is
+refused.
 
 It is the form of the program lumos (package lumos-sat, lumos/brdf/tools.py).
 """
@@ -31,6 +33,18 @@ _HISTORY = "history: "
 _WAVELENGTH = re.compile(
     r"(?:lambda|wavelength|\u03bb)\s*(?:=|:|of|is)?\s*(\d{1,7}(?:\.\d{1,12})?)\s*(nm|um|\u00b5m|\u03bcm)\b", re.I
 )
+
+# How a line of comment names columns: an angle of a direction by its kind and its side, and the BRDF.
+_ANGLE = re.compile(r"(theta|phi|polar|azimuth|zenith|elevation)_?(in|i|out|o|r|s|v)?", re.I)
+_SIDES = {"i": "in", "in": "in"}  # any other names the direction out
+_VALUE = re.compile(r"(brdf|bsdf|btdf|f_?r?|value)", re.I)
+_WORD = re.compile(
+    r"(\w*(theta|phi|polar|azimuth|zenith|elevation)\w*|\w*wave_?length\w*|lambda\w*|\w*(brdf|bsdf|btdf)\w*|brf|refl\w*"
+    r"|[xyz]|sza|vza|raa|saa|vaa|aoi|aos|f_?r|value|radiance|signal)",
+    re.I,
+)
+_RADIANS = re.compile(r"\b(radians?|rad)\b", re.I)
+_PGII = re.compile(r"\bpg-?(ii|2)\b|\bpab advanced\b", re.I)
 
 
 def _recognises(head: bytes) -> bool:
@@ -83,6 +97,7 @@ def _rows(path: Path, comments: list[str]) -> tuple[npt.NDArray[np.int64], npt.N
         if "#" in text:
             text, _, remark = text.partition("#")
             comments.append(remark.strip())
+            _refuse_other_columns(path, line, remark.strip())
         words = text.replace(",", " ").split() if "," in text else text.split()
         if len(words) > len(COLUMNS) == len(text.split()):
             raise FormatError(path, f"{clip(text.strip())!r}: write decimal points, not commas", f"line {line}")
@@ -94,6 +109,39 @@ def _rows(path: Path, comments: list[str]) -> tuple[npt.NDArray[np.int64], npt.N
         message = f"{COLUMNS[column]} is {table[row, column]:g} deg, outside {-MOST[column]:g} to {MOST[column]:g}"
         raise FormatError(path, message, f"line {where[row]}")
     return where, table
+
+
+def _refuse_other_columns(path: Path, line: int, remark: str) -> None:
+    """FormatError where a comment says that the numbers are other than the five of this format."""
+    if remark.startswith(_HISTORY):
+        return
+    remedy = (
+        "write a tidy CSV, whose header names each column and its unit, like theta_i_deg,theta_r_deg,phi_deg,brdf_sr-1"
+    )
+    place = f"line {line}"
+    if _PGII.search(remark):
+        what = "the comment speaks of pgII, whose columns are theta, phi and colours, and not five columns"
+        raise FormatError(path, f"{what}: {remedy}", place)
+    if _RADIANS.search(remark):
+        raise FormatError(path, f"the comment speaks of radians, and five columns are in degrees: {remedy}", place)
+    words = re.sub(r"\[[^\]]*\]|\([^)]*\)", " ", remark).replace(",", " ").replace(";", " ").split()
+    if len(words) < 3 or not all(_WORD.fullmatch(word) for word in words) or _are_the_five(words):
+        return
+    message = f"the comment names the columns {clip(' '.join(words))!r}, and five columns are {_HEADING}"
+    raise FormatError(path, f"{message}: {remedy}", place)
+
+
+def _are_the_five(words: list[str]) -> bool:
+    """Whether names of columns mean these: one kind of angle, the other kind, the same two of the way out, the BRDF.
+
+    Which kind comes first does not matter: the program lumos calls the polar angle phi.
+    """
+    angles = [_ANGLE.fullmatch(re.sub(r"_?deg(rees?)?$", "", word, flags=re.I)) for word in words[:4]]
+    if len(words) != len(COLUMNS) or not all(angles) or not _VALUE.fullmatch(re.sub(r"_?sr-?1?$", "", words[4])):
+        return False
+    kinds = [(a[1].lower(), _SIDES.get((a[2] or "").lower(), "out")) for a in angles if a]
+    (first, *_), (second, *_) = kinds[:2]
+    return first != second and kinds == [(first, "in"), (second, "in"), (first, "out"), (second, "out")]
 
 
 def _wavelength(comments: list[str]) -> tuple[float | None, str]:

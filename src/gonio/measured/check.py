@@ -11,6 +11,12 @@ from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
+USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
+OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
+RADIANS = 1.5708  # the quarter of a circle in radians; a scan in degrees whose angles all stay below is a strange one
+FEW = 5  # angles from which nothing can be concluded
+ALIKE = 0.75  # of two names: how alike a column's name is to one that gonio uses, before a slip is suspected
+
 
 class Severity(StrEnum):
     """How much a finding matters: an error stops every fit, a warning changes what a fit means, a note informs."""
@@ -43,10 +49,28 @@ def check(scan: xr.Dataset) -> list[Finding]:
         what = f"scans lie side by side along {', '.join(lanes)}"
         return [Finding(Severity.NOTE, what, "gonio fit-stack fits each")]
     flat = flatten(scan)
-    found = [*_units(flat), *_angles(flat), *_values(flat), *_uncertainties(flat)]
+    found = [*_units(flat), *_angles(flat), *_values(flat), *_uncertainties(flat), *_misspelt(flat)]
     found += [*_duplicates(flat, flat is not scan), *_coverage(flat)]
     order = list(Severity)
     return sorted(found, key=lambda finding: order.index(finding.severity))
+
+
+def further(flat: xr.Dataset) -> list[str]:
+    """The variables of a flat scan that gonio keeps and makes no use of, such as a temperature."""
+    along = [str(n) for n, v in flat.data_vars.items() if v.dims == ("direction",)]
+    return [name for name in along if name not in (*USED, *OF_READERS)]
+
+
+def _misspelt(flat: xr.Dataset) -> list[Finding]:
+    """Further variables whose names are nearly those that gonio uses."""
+    from difflib import get_close_matches
+
+    found = []
+    for name in further(flat):
+        if near := get_close_matches(name.lower(), (*USED, *DIRECTIONS, *SETS), 1, ALIKE):
+            what = f"{name!r} is kept and not used, and looks like {near[0]}"
+            found.append(Finding(Severity.WARNING, what, f"rename it to {near[0]} if it is that"))
+    return found
 
 
 def _units(scan: xr.Dataset) -> list[Finding]:
@@ -70,6 +94,11 @@ def _angles(scan: xr.Dataset) -> list[Finding]:
         if outside.any():
             what = f"{name} outside the hemisphere, 0 to 90 deg, at {_count(outside)}"
             found.append(Finding(Severity.ERROR, what, "mend or delete these rows", _lines(scan, outside)))
+    polar = np.concatenate([scan[name].values for name in ("theta_i", "theta_r")])
+    if polar.size > 2 * FEW and 0 < polar.max() <= RADIANS and np.unique(scan["theta_r"].values).size > FEW:
+        what = f"no polar angle is above {RADIANS:g} deg"
+        remedy = "if the angles are radians, name them so (theta_i_rad)"
+        found.append(Finding(Severity.WARNING, what, remedy))
     return found
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from gonio.app.output import table, uncertain
 from gonio.formats import read, recognise
 from gonio.measured import dataset
-from gonio.measured.check import check
+from gonio.measured.check import check, further
 from gonio.measured.half_width import half_widths
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
@@ -44,6 +44,7 @@ def describe(path: Path) -> dict[str, Any]:
         "channels": _distinct(scan, "channel"),
         "symmetry": _symmetry(scan, in_plane),
         "uncertainty": "uncertainty" in flat,
+        "further": further(flat),
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
         "checks": [
@@ -100,6 +101,27 @@ def _range(values: np.ndarray) -> list[float]:
 def lines(record: dict[str, Any]) -> Iterator[Any]:
     """The same for people."""
     yield f"[bold]{record['file']}[/bold]: {record['format']}, {record['quantity']} \\[{unit_label(record['unit'])}]"
+    yield _facts(record)
+    for line in record["provenance"][:MOST_LINES]:
+        yield f"[dim]# {_escaped(line)}[/dim]"
+    if len(record["provenance"]) > MOST_LINES:
+        yield f"[dim]# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all[/dim]"
+    for finding in record["checks"]:
+        where = f" ({finding['where']})" if finding["where"] else ""
+        yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
+    if not record["checks"]:
+        yield "nothing wrong was found"
+    if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
+        widths = table("curve", "half width [deg]", "backscatter side", left=1)
+        widths.columns[2].justify = "left"
+        for h in record["half_widths"]:
+            width = uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"
+            widths.add_row(h["curve"], width, h["status"])
+        yield widths
+
+
+def _facts(record: dict[str, Any]) -> Any:
+    """The table of what a scan holds."""
     low, high = record["theta_r"]
     facts = table("", "", left=2)
     facts.show_header = False
@@ -119,23 +141,9 @@ def lines(record: dict[str, Any]) -> Iterator[Any]:
         if record[name]:
             facts.add_row(name, listed(record[name], unit))
     facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
-    yield facts
-    for line in record["provenance"][:MOST_LINES]:
-        yield f"[dim]# {_escaped(line)}[/dim]"
-    if len(record["provenance"]) > MOST_LINES:
-        yield f"[dim]# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all[/dim]"
-    for finding in record["checks"]:
-        where = f" ({finding['where']})" if finding["where"] else ""
-        yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
-    if not record["checks"]:
-        yield "nothing wrong was found"
-    if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
-        widths = table("curve", "half width [deg]", "backscatter side", left=1)
-        widths.columns[2].justify = "left"
-        for h in record["half_widths"]:
-            width = uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"
-            widths.add_row(h["curve"], width, h["status"])
-        yield widths
+    if record["further"]:
+        facts.add_row("kept, not used", _escaped(", ".join(record["further"])))
+    return facts
 
 
 def listed(values: list[Any], unit: str, most: int = 12) -> str:

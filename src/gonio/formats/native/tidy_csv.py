@@ -4,8 +4,10 @@
     theta_i_deg,theta_r_deg,wavelength_nm,brdf_sr-1,uncertainty_sr-1
     30,-80,633,0.0241,0.0003
 
-docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column phi_deg.
-`brdf_a.u.` marks relative data. `std_` is read as `uncertainty_`. Any other column is kept as a further variable.
+docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column of azimuths:
+phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data. SPELLINGS lists other names
+that are understood. A column that is not understood is kept as a further variable. But one in a unit of angle or length
+is refused, because it may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
 """
 
 import csv
@@ -30,15 +32,39 @@ QUANTITIES = {
     "theta_r": ("angle",),
     "phi": ("angle",),
     "phi_i": ("angle",),
+    "phi_r": ("angle",),
     "wavelength": ("length",),
     "brdf": ("brdf", "relative"),
     "uncertainty": ("brdf", "relative"),
     "uncertainty_systematic": ("brdf", "relative"),
 }
+REFLECTED_AZIMUTH = "phi_r"  # a column of the file alone: the scan has phi, from the azimuth of the source
+# Other spellings of a column's name, without its unit, in any case.
+SPELLINGS = {
+    "theta_i": ("theta_in", "aoi", "incidence_angle", "angle_of_incidence", "source_zenith", "zenith_i", "sza"),
+    "theta_r": ("theta_out", "theta_o", "theta_s", "aos", "view_zenith", "detector_zenith", "zenith_r", "vza"),
+    "phi": (
+        "dphi", "d_phi", "delta_phi", "phi_rel", "rel_phi", "relative_azimuth", "rel_azimuth", "azimuth_difference",
+        "delta_azimuth", "raa",
+    ),
+    REFLECTED_AZIMUTH: (
+        "phi_out", "phi_o", "phi_s", "phi_v", "azimuth", "azimuth_r", "azimuth_out", "azimuth_o", "azimuth_s",
+        "view_azimuth", "detector_azimuth", "vaa",
+    ),
+    "phi_i": ("phi_in", "azimuth_i", "azimuth_in", "source_azimuth", "saa"),
+    "wavelength": ("lambda", "wl", "wave_length"),
+    "brdf": ("bsdf", "btdf", "f_r", "fr"),
+    "uncertainty": ("std", "u", "sigma", "stddev", "standard_uncertainty", "unc"),
+    "uncertainty_systematic": ("u_systematic", "systematic_uncertainty"),
+    "polarisation": ("polarization",),
+}  # fmt: skip
+_OF_DIRECTIONS = tuple(f"_{u}" for u, entry in UNITS.items() if entry.quantity in ("angle", "length"))
+_NAMED = {other: name for name, others in SPELLINGS.items() for other in others}
 UNITLESS = ("channel", "scan", "mode", "side", "polarisation", "mask")
 REQUIRED = ("theta_i", "theta_r", "brdf")
 _EXAMPLE = "theta_i_deg,theta_r_deg,brdf_sr-1"
 _HISTORY = "history: "
+_FURTHER = "further columns: "
 
 
 @dataclass(frozen=True)
@@ -67,7 +93,7 @@ class Column:
 def _read(path: Path) -> xr.Dataset:
     source = lines(path)
     comments, header_line, header = _header(path, source)
-    columns = _columns(path, header_line, header)
+    columns = _columns(path, header_line, header, _further(comments))
     cells, rows = _rows(path, header_line, source, columns)
     return _dataset(path, comments, columns, cells, rows)
 
@@ -84,16 +110,28 @@ def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], i
     raise FormatError(path, message, f"line {last}")
 
 
-def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
+def _further(comments: list[str]) -> set[str]:
+    """The columns that a line of the file says are meant to be further variables."""
+    lists = [c.removeprefix(_FURTHER) for c in comments if c.startswith(_FURTHER)]
+    return {name.strip() for text in lists for name in text.split(",")}
+
+
+def _columns(path: Path, line: int, header: list[str], further: set[str]) -> list[Column]:
     where = f"line {line}"
-    columns = [_column(path, where, cell) for cell in header]
+    if len(header) == 1 and ";" in header[0]:
+        message = f"no column theta_i and theta_r and brdf in the header {clip(header[0])!r}"
+        raise FormatError(
+            path, f"{message}: separate columns by commas, not semicolons, and name them like {_EXAMPLE}", where
+        )
+    columns = [_column(path, where, cell, cell in further) for cell in header]
     names = [column.name for column in columns]
     if missing := [name for name in REQUIRED if name not in names]:
         message = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
-        semicolons = "; separate columns by commas, not semicolons" if ";" in "".join(header) else ""
-        raise FormatError(path, f"{message}: name the columns like {_EXAMPLE}{semicolons}", where)
+        raise FormatError(path, f"{message}: name the columns like {_EXAMPLE}", where)
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise FormatError(path, f"the column {clip(twice[0])} occurs twice: keep one", where)
+    if {"phi", REFLECTED_AZIMUTH} <= set(names):
+        raise FormatError(path, "has phi and phi_r, of which each gives the other: keep one", where)
     relative = {c.name for c in columns if c.unit == "a.u."}
     absolute = {c.name for c in columns if c.unit == "sr-1"} & {"brdf", "uncertainty", "uncertainty_systematic"}
     if relative and absolute:
@@ -101,25 +139,42 @@ def _columns(path: Path, line: int, header: list[str]) -> list[Column]:
     return columns
 
 
-def _column(path: Path, where: str, cell: str) -> Column:
-    if cell in UNITLESS:
-        return Column(cell, "")
-    name, _, unit = cell.rpartition("_")
-    name = name.replace("std", "uncertainty") if name == "std" else name
-    if name in QUANTITIES:
+def _column(path: Path, where: str, cell: str, is_further: bool) -> Column:
+    plain = _NAMED.get(cell.lower(), cell.lower())
+    if plain in UNITLESS:
+        return Column(plain, "")
+    own, _, unit = cell.rpartition("_")
+    name = _NAMED.get(own.lower(), own.lower())
+    if name in QUANTITIES and plain not in QUANTITIES:
         known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
         if unit not in known:
             raise FormatError(
                 path,
-                f"column {clip(cell)!r} has the unit {clip(unit)!r}: {name} needs one of {', '.join(known)}",
+                f"column {clip(cell)!r} has the unit {clip(unit)!r}: {own} needs one of {', '.join(known)}",
                 where,
             )
         return Column(name, unit)
-    if cell in QUANTITIES or cell == "std":
-        wanted = QUANTITIES["uncertainty" if cell == "std" else cell]
-        known = [f"{cell}_{u}" for u, entry in UNITS.items() if entry.quantity in wanted]
-        raise FormatError(path, f"column {cell!r} names no unit: write {' or '.join(known)}", where)
-    return Column(name, unit) if unit in UNITS and name else Column(cell, "")
+    if plain in QUANTITIES:
+        known = [f"{plain}_{u}" for u, entry in UNITS.items() if entry.quantity in QUANTITIES[plain]]
+        raise FormatError(path, f"column {clip(cell)!r} names no unit: write {' or '.join(known)}", where)
+    if unit not in UNITS or not own:
+        return Column(cell, "")
+    if not is_further and UNITS[unit].quantity in ("angle", "length"):
+        remedy = f"rename it; or keep it as a further variable by a line '# {_FURTHER}{clip(cell)}' before the header"
+        raise FormatError(
+            path, f"column {clip(cell)!r} is not understood, the nearest is {_nearest(own, unit)}: {remedy}", where
+        )
+    return Column(own, unit)
+
+
+def _nearest(name: str, unit: str) -> str:
+    """The known column of the same kind of unit whose name is most alike."""
+    from difflib import SequenceMatcher
+
+    kinds = [n for n, quantities in QUANTITIES.items() if UNITS[unit].quantity in quantities]
+    spelt = {other: n for n in kinds for other in (n, *SPELLINGS.get(n, ()))}
+    best = max(spelt, key=lambda other: SequenceMatcher(None, name.lower(), other).ratio())
+    return f"{spelt[best]}_{unit}"
 
 
 def _rows(
@@ -129,7 +184,7 @@ def _rows(
     cells: list[list[float | str]] = [[] for _ in columns]
     rows: list[int] = []
     bad: list[tuple[int, str]] = []
-    signed = all(column.name != "phi" for column in columns)
+    signed = all(column.name not in ("phi", REFLECTED_AZIMUTH) for column in columns)
     for number, line in source:
         if not line.strip() or line.startswith("#"):
             continue
@@ -171,7 +226,9 @@ def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
         value = float(text) * column.scale if text else math.nan
     except ValueError:
         return "", f"{column.name} is {clip(text)!r}, not a number"
-    if math.isinf(value) or (math.isnan(value) and column.name in (*DIRECTIONS, "wavelength", "mask")):
+    if math.isinf(value) or (
+        math.isnan(value) and column.name in (*DIRECTIONS, REFLECTED_AZIMUTH, "wavelength", "mask")
+    ):
         return "", f"{column.name} is {clip(text) or 'empty'}"
     if column.name in ("theta_i", "theta_r"):
         lowest = -90 if column.name == "theta_r" and signed else 0
@@ -200,6 +257,12 @@ def _dataset(
         raise FormatError(
             path, "every brdf value is zero: the detector saw nothing, or the column is wrong", f"line {rows[0]}"
         )
+    history = [c.removeprefix(_HISTORY) for c in comments if c.startswith(_HISTORY)]
+    if REFLECTED_AZIMUTH in by_name:
+        phi_i = by_name.get("phi_i")
+        by_name["phi"] = (by_name.pop(REFLECTED_AZIMUTH) - (0.0 if phi_i is None else phi_i)) % 360.0
+        source = "the azimuth of the source, 0, as the file names none" if phi_i is None else "phi_i"
+        history.append(f"took phi as the azimuth of the detector less {source}")
     known = {*DIRECTIONS, "brdf", "uncertainty", *SETS}
     variables = {name: (_numbers_if_all(v), units[name]) for name, v in by_name.items() if name not in known}
     if "mask" in variables:
@@ -214,8 +277,8 @@ def _dataset(
         unit=units["brdf"],
         coordinates={name: by_name[name] for name in SETS if name in by_name},
         variables=variables | {"line": (np.array(rows), "1")},
-        provenance="\n".join(c for c in comments if not c.startswith(_HISTORY)),
-        history="\n".join(c.removeprefix(_HISTORY) for c in comments if c.startswith(_HISTORY)),
+        provenance="\n".join(c for c in comments if not c.startswith((_HISTORY, _FURTHER))),
+        history="\n".join(history),
     )
 
 
@@ -239,8 +302,11 @@ def _write(scan: xr.Dataset, path: Path) -> None:
             file.write(f"# {line}\n")
         for line in flat.attrs.get("history", "").splitlines():
             file.write(f"# {_HISTORY}{line}\n")
+        headings = {name: _heading(name, flat[name].attrs.get("units", "1")) for name in columns}
+        if further := [h for name, h in headings.items() if h.endswith(_OF_DIRECTIONS) and name not in QUANTITIES]:
+            file.write(f"# {_FURTHER}{', '.join(further)}\n")
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([_heading(name, flat[name].attrs.get("units", "1")) for name in columns])
+        writer.writerow(headings.values())
         writer.writerows(zip(*(v.tolist() for v in columns.values()), strict=True))
 
 

@@ -44,3 +44,12 @@ def aluminium():
     model = catalogue[constants.model]
     scan = simulate(model, values, angles, np.arange(-80, 81, 2.0), noise=0.01, seed=1, unit="a.u.")
     return model, values, scan
+
+
+@pytest.fixture(scope="session")
+def shared_cases() -> Path:
+    """Small inputs that once failed, each in a folder with a README; a test is skipped where they are absent."""
+    folder = SHARED_SCANS.parents[1] / "cases" / "files"
+    if not folder.is_dir():
+        pytest.skip(f"no cases at {folder}")
+    return folder

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.geometry import Geometry
-from gonio.measured import dataset
+from gonio.measured import dataset, exchange
 from gonio.optics.quadrature import gauss_legendre
 
 Values = npt.NDArray[np.float64]
@@ -107,25 +107,14 @@ def of_scan(scan: xr.Dataset) -> list[Verdict]:
 
 
 def _reciprocity_of_scan(flat: xr.Dataset) -> Verdict:
-    """Reciprocity of each pair of a set that the scan holds both ways: angles agree to 1e-6 deg, phi up to its sign."""
-    keys = dataset.sets(flat)
-    sets = list(zip(*(flat[name].values.tolist() for name in keys), strict=True))
-    sets = sets or [()] * flat.sizes["direction"]
-    theta_i, theta_r, phi = (np.round(flat[name].values, 6) for name in dataset.ANGLES)
-    phi = np.where((theta_i == 0) | (theta_r == 0), 0.0, np.abs((phi + 180) % 360 - 180))
-    values = flat["brdf"].values
-    value_at = {(s, i, r, p): v for s, i, r, p, v in zip(sets, theta_i, theta_r, phi, values, strict=True)}
-    pairs = [
-        (k, value_at[(s, r, i, p)])
-        for k, (s, i, r, p) in enumerate(zip(sets, theta_i, theta_r, phi, strict=True))
-        if i < r and (s, r, i, p) in value_at
-    ]
-    if not pairs:
+    """Reciprocity of each pair of directions that the scan holds both ways, transmission on both sides."""
+    rows, partners = exchange.pairs(flat)
+    if not len(rows):
         return Verdict("reciprocity", None, {}, "", "the scan holds no pair of exchanged directions")
-    rows = np.array([k for k, _ in pairs])
-    angles = np.array([theta_i, theta_r, phi])[:, rows]
-    exchanged = np.array([value for _, value in pairs])
-    return _exchange(values[rows], exchanged, lambda k: _place(angles, k), tolerance=None)
+    values = flat["brdf"].values
+    names = [name for name in dataset.DIRECTIONS if name in flat.coords]
+    angles = np.array([flat[name].values for name in names])[:, rows]
+    return _exchange(values[rows], values[partners], lambda k: _place(angles, k, names), tolerance=None)
 
 
 def _exchange(
@@ -163,5 +152,5 @@ def _directions(theta_i: Sequence[float] | None, both: bool = False) -> Values:
     return angles
 
 
-def _place(angles: Values, k: int) -> str:
-    return ", ".join(f"{name} {angles[j][k]:.4g}" for j, name in enumerate(dataset.ANGLES)) + " deg"
+def _place(angles: Values, k: int, names: Sequence[str] = dataset.ANGLES) -> str:
+    return ", ".join(f"{name} {angles[j][k]:.4g}" for j, name in enumerate(names)) + " deg"

@@ -24,7 +24,8 @@ from gonio.formats.format import Format
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
-from gonio.resampling.resample import Filling, is_on, resample, sets_of
+from gonio.resampling.resample import Filling, is_on, resample
+from gonio.resampling.sources import sets_of
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,14 @@ For each set of the scan (one wavelength, channel, mode, ..) and each wanted dir
 
 Images are the directions at which a surface with the symmetry has the same BRDF. Helmholtz reciprocity is
 f(theta_i, theta_r, phi) = f(theta_r, theta_i, -phi), bilateral symmetry f(theta_i, theta_r, phi) = f(theta_i, theta_r,
--phi). A surface that was turned has phi_i changed with them.
+-phi). A surface that was turned has phi_i changed with them. The reciprocal image of light that went through from the
+front is light from the back: it is taken from that set, and where the scan has none there is no image.
 
 Nothing is extrapolated but by a filling's function, and nothing is smoothed. Where each value came from is counted in
 the history, and with a filling it is kept as the variable `origin`.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,18 +26,13 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.measured.dataset import DIRECTIONS, HORIZON, PARAMETERISATION, SETS, SPECTRAL
-from gonio.resampling.interpolation import Interpolator, Targets, interpolator, targets_of
+from gonio.resampling.interpolation import Targets, interpolator, targets_of
 from gonio.resampling.lookup import Measured
+from gonio.resampling.sources import SYMMETRIES, Sources
 
 Values = npt.NDArray[np.float64]
 Fill = Callable[[xr.Dataset], Values]  # the BRDF (n,) at the n directions of a flat scan, as a fitted model gives it
 
-SYMMETRIES = {
-    "reciprocity": "source and detector exchanged",
-    "bilateral": "mirrored in the plane of incidence",
-}
-# Values of a set. A larger table is not looked up: the interpolation gives a node its value, counted as interpolated.
-MOST_LOOKED_UP = 400_000
 ORIGINS = ("missing", "measured", "interpolated", "by_symmetry", "filled")  # meanings of the variable `origin`
 MISSING, MEASURED, INTERPOLATED, BY_SYMMETRY, FILLED = range(len(ORIGINS))
 
@@ -81,12 +77,14 @@ def resample(
     above = (targets.theta_i <= HORIZON) & (targets.theta_r <= HORIZON)
     rows = np.flatnonzero(above)
     columns: dict[str, list[Values]] = {}
-    keys, how = [], ""
-    for key, part in sets_of(_without_masked(scan)):
+    keys: list[dict[str, Any]] = []
+    how = ""
+    sources = Sources(_without_masked(scan))
+    for key, part in sources.sets:
         if not impose and filling is None and is_on(part, onto):
             of_set = _copied(part, _grid_dims(onto), rows)
         else:
-            of_set, how = _resampled(part, targets.part(rows), impose, filling)
+            of_set, how = _resampled(sources, len(keys), targets.part(rows), impose, filling)
         if filling is not None and filling.function is not None:
             _fill(of_set, directions.isel(direction=rows), key, filling.function)
         keys.append(key)
@@ -98,7 +96,9 @@ def resample(
     # An uncertainty that only some of the sets have (a set may be too large to be looked up) is dropped for all.
     complete = {name: of_sets for name, of_sets in columns.items() if len(of_sets) == len(keys)}
     out = _assembled(scan, onto, directions, keys, complete)
-    return dataset.add_history(out, _history_line(origins, len(rows), how, impose, filling))
+    line = _history_line(origins, len(rows), how, impose, filling)
+    symmetries = (*impose, *(filling.symmetries if filling else ()))
+    return dataset.add_history(out, line + (sources.without_exchange() if "reciprocity" in symmetries else ""))
 
 
 def _history_line(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
@@ -123,29 +123,6 @@ def is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
     names = [n for n in DIRECTIONS if n in onto.variables]
     # The dimensions of each angle count, too: a grid where theta_r depends on one axis is not one where it is an axis.
     return all(n in scan.coords and scan[n].dims == onto[n].dims and scan[n].equals(onto[n]) for n in names)
-
-
-def sets_of(scan: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
-    """Each set of a scan with the coordinates of SETS that distinguish it, such as {"wavelength": 550.0}.
-
-    Grids and parameterisations are kept. A flat scan of one set has no such coordinates: {}.
-    """
-    dims = [d for d in scan["brdf"].dims if d in SETS]
-    if scan["brdf"].dims != ("direction",):
-        for index in np.ndindex(*(scan.sizes[d] for d in dims)):
-            part = scan.isel(dict(zip(dims, index, strict=True)))
-            yield {str(d): part[d].values.item() for d in dims}, part
-        return
-    # Labels may be texts and numbers: each column becomes integers, so that rows can be compared.
-    names = dataset.sets(scan)
-    codes = [np.unique(scan[n].values, return_inverse=True)[1].ravel() for n in names]
-    if not names:
-        yield {}, scan
-        return
-    _, first, group = np.unique(np.column_stack(codes), axis=0, return_index=True, return_inverse=True)
-    for k, row in enumerate(first):
-        key = {n: scan[n].values[row].item() for n in names}
-        yield key, scan.isel(direction=np.flatnonzero(group.ravel() == k))
 
 
 def _directions(onto: xr.Dataset) -> xr.Dataset:
@@ -189,36 +166,23 @@ def _copied(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp])
 
 
 def _resampled(
-    part: xr.Dataset, wanted: Targets, impose: Sequence[str], filling: Filling | None
+    sources: Sources, k: int, wanted: Targets, impose: Sequence[str], filling: Filling | None
 ) -> tuple[dict[str, Values], str]:
-    """The columns (n,) of one set at n directions: brdf, origin, uncertainties; and how it interpolates, in words."""
-    between, how = _interpolator_of(part)
-    measured = Measured(part) if part["brdf"].size <= MOST_LOOKED_UP else None
-    values, exact = _values_at(between, measured, wanted)
+    """The columns (n,) of the set k at n directions: brdf, origin, uncertainties; and how it interpolates, in words."""
+    source = sources.of(k)
+    values, exact = source.at(wanted)
     if impose:
-        values = _mean_of([values, *(_values_at(between, measured, image)[0] for image in _images(wanted, impose))])
+        values = _mean_of([values, *sources.images(k, wanted, impose)])
     # A mean over images is measured nowhere, even where each of them is. Flags are floats here: below the horizon NaN.
     origin = np.where(np.isnan(values), MISSING, np.where(exact & (not impose), MEASURED, INTERPOLATED)).astype(float)
     gaps = np.flatnonzero(np.isnan(values))
     if filling is not None and filling.symmetries and len(gaps):
-        images = [_values_at(between, measured, image)[0] for image in _images(wanted.part(gaps), filling.symmetries)]
-        values[gaps] = _mean_of(images)
+        if images := sources.images(k, wanted.part(gaps), filling.symmetries):
+            values[gaps] = _mean_of(images)
         origin[gaps[np.isfinite(values[gaps])]] = BY_SYMMETRY
+    part, measured = sources.sets[k][1], source.measured
     uncertainties = {} if impose or measured is None else _uncertainties(part, wanted, measured)
-    return {"brdf": values, "origin": origin, **uncertainties}, how
-
-
-def _values_at(
-    between: Interpolator, measured: Measured | None, wanted: Targets
-) -> tuple[Values, npt.NDArray[np.bool_]]:
-    """Measured values (n,) where there are such, else interpolated, and which of them are measured."""
-    if measured is None:
-        return between(wanted), np.zeros(len(wanted), dtype=bool)
-    values, exact = measured.at(wanted, "brdf")
-    remaining = np.flatnonzero(~exact)
-    if len(remaining):
-        values[remaining] = between(wanted.part(remaining))
-    return values, exact
+    return {"brdf": values, "origin": origin, **uncertainties}, source.how
 
 
 def _uncertainties(part: xr.Dataset, wanted: Targets, measured: "Measured") -> dict[str, Values]:
@@ -235,38 +199,6 @@ def _uncertainties(part: xr.Dataset, wanted: Targets, measured: "Measured") -> d
                 values[remaining] = interpolator(part.assign(brdf=part[name]))[0](wanted.part(remaining))
             uncertainties[name] = values
     return uncertainties
-
-
-def _interpolator_of(part: xr.Dataset) -> tuple[Interpolator, str]:
-    """The format's own interpolation where the scan carries one, else that between its directions."""
-    name = part.attrs.get(PARAMETERISATION)
-    if not name:
-        return interpolator(part)
-    from gonio.formats import formats
-
-    evaluate = formats()[name].evaluate
-    if evaluate is None:
-        return interpolator(part)
-    return lambda t: np.ravel(evaluate(part, t.theta_i, t.theta_r, t.phi, t.phi_i)), f"as {name} files are read"
-
-
-def _images(wanted: Targets, symmetries: Sequence[str]) -> Iterator[Targets]:
-    """The other directions at which a surface with these symmetries has the same BRDF: with both of them, three.
-
-    Exchanged, the incident azimuth is phi_i + phi, and the azimuth from it to the new reflected direction is -phi.
-    """
-    swapped = Targets(wanted.theta_r, wanted.theta_i, -wanted.phi % 360.0, (wanted.phi_i + wanted.phi) % 360.0)
-    if "reciprocity" in symmetries:
-        yield swapped
-    if "bilateral" in symmetries:
-        yield _mirrored(wanted)
-        if "reciprocity" in symmetries:
-            yield _mirrored(swapped)
-
-
-def _mirrored(wanted: Targets) -> Targets:
-    """The mirror image in the plane of the normal and the surface's x axis: both azimuths change sign."""
-    return Targets(wanted.theta_i, wanted.theta_r, -wanted.phi % 360.0, -wanted.phi_i % 360.0)
 
 
 def _mean_of(images: Sequence[Values]) -> Values:

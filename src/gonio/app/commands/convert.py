@@ -16,7 +16,8 @@ from gonio.measured.dataset import add_history, directions
 from gonio.options import Option
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
-from gonio.resampling.resample import SYMMETRIES, Filling
+from gonio.resampling.resample import Filling
+from gonio.resampling.sources import SYMMETRIES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -137,7 +137,7 @@ def record(checked: Checked) -> list[dict[str, Any]]:
 
 def lines(checked: Checked) -> Any:
     """The verdicts for people."""
-    words = {True: "holds", False: "[bold red]violated[/bold red]", None: "unknown"}
+    words = {True: "holds", False: "[bold red]violated[/bold red]", None: "no verdict"}
     for name, verdicts in checked.items():
         yield f"[bold]{name}[/bold]"
         for v in verdicts:

@@ -3,8 +3,8 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from gonio.portable import give_usual_rights
@@ -23,35 +23,110 @@ class FormatError(ValueError):
 
 
 def refuse_existing(path: Path, force: bool) -> None:
-    """FileExistsError with the remedy when `path` is there and `force` is not given."""
-    if path.exists() and not force:
+    """FileExistsError with the remedy when `path` is there and `force` is not given.
+
+    A device or a pipe is no file that could be lost: it is written to.
+    """
+    if path.exists() and not force and not _is_special(path):
         raise FileExistsError(f"{path} exists: choose another name, or --force to overwrite it")
+
+
+def refuse_overlap(output: Path, read: Iterable[Path]) -> None:
+    """ValueError where an output is one of the paths that are read, lies inside one of them, or holds one."""
+    out = output.resolve()
+    for path in read:
+        given = path.resolve()
+        if _is_special(given):
+            continue
+        how = {out == given: "is", given in out.parents: "lies inside", out in given.parents: "holds"}.get(True)
+        if how or (out.exists() and given.exists() and out.samefile(given)):
+            raise ValueError(f"the output {output} {how or 'is'} {path}, which is read: choose another name")
+
+
+def _is_special(path: Path) -> bool:
+    """Whether a path is a device, a pipe or a socket."""
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 @contextmanager
 def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
     """A temporary path beside `path` that takes its name when the block ends well and vanishes when it does not.
 
-    It is an empty file; the block may put a directory in its place. Raises FileExistsError where `path` exists and
-    `force` is False, or where it is a directory that does not look like the one that was written.
+    It is an empty file; the block may put a directory in its place. A symbolic link stays, and what it points to is
+    replaced. What is written to a device or a pipe goes there when it is complete. Raises FileExistsError where `path`
+    exists and `force` is False, or where it is a directory that does not look like the one that was written; OSError
+    with the name `path`, not the temporary one.
     """
     path = Path(path)
     refuse_existing(path, force)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
-    os.close(handle)
-    temporary = Path(name)
+    final = path.resolve() if path.is_symlink() else path
+    is_special = _is_special(final)
+    with _named(path), tempfile.TemporaryDirectory() if is_special else nullcontext() as elsewhere:
+        final.parent.mkdir(parents=True, exist_ok=True)
+        # A short name: one made of the final name may be too long where the final name is not.
+        handle, name = tempfile.mkstemp(dir=elsewhere or final.parent, prefix=".gonio-", suffix=path.suffix[:20])
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            _settle(temporary, final, is_special)
+        except OSError as error:
+            if error.filename is not None and Path(os.fsdecode(error.filename)) == temporary:
+                error.filename = str(path)
+            raise
+        finally:
+            if temporary.is_dir():
+                shutil.rmtree(temporary)
+            temporary.unlink(missing_ok=True)
+
+
+def _settle(temporary: Path, final: Path, is_special: bool) -> None:
+    """Give what was written its name, or send it to a device or a pipe."""
+    if is_special:
+        if temporary.is_dir():
+            raise FileExistsError(f"{final} takes one stream of bytes, and a directory is written: choose another name")
+        with temporary.open("rb") as whole, final.open("wb") as there:
+            shutil.copyfileobj(whole, there)
+    elif temporary.is_dir():
+        _replace_by_directory(temporary, final)
+    else:
+        give_usual_rights(temporary)
+        temporary.replace(final)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Have every OSError that names no file name this one: a full disk is told without a name."""
     try:
-        yield temporary
-        if temporary.is_dir():
-            _replace_by_directory(temporary, path)
-        else:
-            give_usual_rights(temporary)
-            temporary.replace(path)
-    finally:
-        if temporary.is_dir():
-            shutil.rmtree(temporary)
-        temporary.unlink(missing_ok=True)
+        yield
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            error.filename = str(path)
+        raise
+
+
+@contextmanager
+def filling(folder: Path, force: bool = False) -> Iterator[Path]:
+    """A temporary folder whose files are put into `folder` when the block ends well, and none of them when it does not.
+
+    Other files of a folder that is there already stay. Raises FileExistsError where it is there and `force` is False.
+    """
+    refuse_existing(folder, force)
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(f"{folder} is no folder: choose another name")
+    with _named(folder):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".gonio-"))
+        try:
+            yield temporary
+            if folder.exists():
+                for entry in temporary.iterdir():
+                    entry.replace(folder / entry.name)
+            else:
+                give_usual_rights(temporary)
+                temporary.replace(folder)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _replace_by_directory(temporary: Path, path: Path) -> None:
@@ -65,7 +140,7 @@ def _replace_by_directory(temporary: Path, path: Path) -> None:
     held = {entry.name for entry in path.iterdir()} if path.is_dir() else set()
     if held and held.isdisjoint(entry.name for entry in temporary.iterdir()):
         raise FileExistsError(f"{path} is a directory of other files: choose another name")
-    aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.stem}."))
+    aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=".gonio-"))
     try:
         path.rename(aside / path.name)
         try:

@@ -39,12 +39,12 @@ def ignore_interrupts() -> None:
 
 
 def give_usual_rights(path: Path) -> None:
-    """Give a file that was made for its owner alone the rights of any new file; nothing where rights are no modes."""
+    """Give what was made for its owner alone the rights of anything new; nothing where rights are no modes."""
     if os.name != "posix":
         return
     mask = os.umask(0)
     os.umask(mask)
-    path.chmod(0o666 & ~mask)
+    path.chmod((0o777 if path.is_dir() else 0o666) & ~mask)
 
 
 def synchronise(path: Path) -> None:

@@ -53,7 +53,7 @@ class Commands(TyperGroup):
 
         module = importlib.import_module(f"gonio.app.commands.{_file(cmd_name).stem}")
         alone = typer.Typer(**SETTINGS)
-        alone.command(cmd_name)(with_options(module.command))
+        alone.command(cmd_name)(with_options(module.command, getattr(module, "IN_PLACE", "")))
         return typer.main.get_command(alone)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

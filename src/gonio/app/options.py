@@ -33,6 +33,7 @@ To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `go
 Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
 Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
 
+MOST_CHARACTERS = 1000  # of a text that may be the name of a file
 MODELS_A_WORKER = 8  # fewer are fitted before another process has started
 
 
@@ -148,8 +149,45 @@ class _Flag(NamedTuple):
     value: Callable[[Any], Any]
 
 
-def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with a flag for each Option of the dataclasses that are its arguments."""
+OUTPUTS = ("out", "json")  # the flags and arguments of all commands that name what is written
+
+
+def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> None:
+    """ValueError where what a command writes is what it reads, or lies inside or around it, whatever --force says.
+
+    given: the values of the command line by name. in_place: the argument that an output may be, where a command
+    changes a file.
+    """
+    from gonio.files import refuse_overlap
+
+    outputs = {name: given[name] for name in OUTPUTS if given.get(name) and str(given[name]) != "-"}
+    read = {name: _paths(value) for name, value in given.items() if name not in OUTPUTS}
+    for name, target in outputs.items():
+        # The name of a figure may come without its suffix.
+        for path in (Path(str(target) + suffix) for suffix in ("", ".png", ".svg")):
+            inputs = [p for other, some in read.items() for p in some if other != in_place or not _are_one(p, path)]
+            refuse_overlap(path, inputs)
+        for other, second in outputs.items():
+            if other < name and Path(second).resolve() == Path(target).resolve():
+                raise ValueError(f"--{other} and --{name} both name {target}: give two names")
+
+
+def _are_one(path: Path, other: Path) -> bool:
+    return path.resolve() == other.resolve()
+
+
+def _paths(value: Any) -> list[Path]:
+    """What a value of the command line names that is there: a file may be given where a name may stand."""
+    texts = value if isinstance(value, list | tuple) else [value]
+    paths = [Path(text) for text in texts if isinstance(text, str | Path) and str(text)]
+    return [path for path in paths if len(str(path)) < MOST_CHARACTERS and path.exists()]
+
+
+def with_options(command: Callable[..., None], in_place: str = "") -> Callable[..., None]:
+    """The command with a flag for each Option of the dataclasses that are its arguments.
+
+    in_place: the argument that the output of the command may be.
+    """
     hints = get_type_hints(command, include_extras=True)
     signature, groups, parameters = inspect.signature(command), {}, []
     for name, parameter in signature.parameters.items():
@@ -161,6 +199,7 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def call(**given: Any) -> None:
+        refuse_to_overwrite_inputs(given, in_place)
         built = {
             name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})
             for name, flags in groups.items()

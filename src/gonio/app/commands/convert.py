@@ -22,6 +22,7 @@ from gonio.resampling.sources import SYMMETRIES
 if TYPE_CHECKING:
     import xarray as xr
 
+IN_PLACE = "scan"  # which may be written over by --force, as the file is read again before it takes the name
 SYMMETRY = "symmetry"  # all of SYMMETRIES
 
 

@@ -11,7 +11,7 @@ from gonio.app.output import console, emit_json, progress_bar
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
 from gonio.comparison import assess
-from gonio.files import refuse_existing
+from gonio.files import filling, refuse_existing
 from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective.options import ProblemOptions
@@ -56,27 +56,28 @@ def command(
     answers = ask(asked, row.solution, certainty, search.seed)
     record = fit_report.solution_record(row, scrutiny, answers)
     if out:
-        emit_json(record, str(out / "fit.json"), output.force)
-        _write(out, data, row, answers, output.force)
+        with filling(out, output.force) as folder:
+            emit_json(record, str(folder / "fit.json"))
+            _write(folder, data, row, answers)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, fit_report.lines(which, row, scrutiny, answers))
     if out and output.json != "-":
         console().print(f"wrote {out}/")
 
 
-def _write(folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty", force: bool) -> None:
+def _write(folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -> None:
     """The solution as a file, and the figures that it has something for."""
     from gonio.app.views import figures
     from gonio.plotting.profiles import profiles
     from gonio.plotting.style import save
 
     solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
-    solution.save(folder / "solution.nc", force)
+    solution.save(folder / "solution.nc")
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (solution.dataset.attrs["solver"] == "anneal")
     kinds += ["spectra"] * figures.has_spectra(solution)
     for kind in kinds:
         drawn = figures.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
-        save(drawn, folder / kind, force=force)
+        save(drawn, folder / kind)
     if answers.profiles:
         shown = profiles(answers.profiles, row.solution.uncertainties, title=row.model.name)
-        save(shown, folder / "profiles", force=force)
+        save(shown, folder / "profiles")

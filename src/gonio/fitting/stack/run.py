@@ -24,7 +24,7 @@ from typing import Any
 
 import xarray as xr
 
-from gonio.files import refuse_existing, replacing
+from gonio.files import refuse_existing, refuse_overlap, replacing
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
@@ -50,7 +50,8 @@ class StackFit:
     block: the largest number of lanes in a block. A block is what one task fits, and what is lost in a crash.
     fit_many: a function to use in place of `fitting.fit_many`, which needs JAX. Workers import it by its name.
     Paths become absolute, because a worker may run in another folder.
-    Raises ValueError where a parameter is held at the half width of a scan, as each scan of a stack has its own.
+    Raises ValueError where a parameter is held at the half width of a scan, as each scan of a stack has its own, and
+    where `out` is the stack, or lies inside or around it.
     """
 
     model: Model
@@ -69,6 +70,7 @@ class StackFit:
             )
         for name in ("stack", "out"):
             object.__setattr__(self, name, Path(getattr(self, name)).absolute())
+        refuse_overlap(self.out, [self.stack])
 
 
 @dataclass(frozen=True)

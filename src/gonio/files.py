@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
+from gonio.outside import printable
 from gonio.portable import give_usual_rights
 
 
@@ -17,7 +18,7 @@ class FormatError(ValueError):
     """
 
     def __init__(self, path: str | Path, what: str, where: str = "") -> None:
-        what = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in what)
+        what = printable(what)
         self.path, self.where, self.what = Path(path), where, what
         super().__init__(f"{path}, {where}: {what}" if where else f"{path}: {what}")
 

@@ -6,6 +6,8 @@ the numerical libraries with it.
 
 import ast
 import importlib
+import io
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -76,15 +78,43 @@ def _gonio() -> None:
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    print(f"gonio: {message}", file=sys.stderr)
+    _complain(str(message))
+
+
+def _complain(message: str) -> None:
+    from gonio.outside import printable
+
+    print(f"gonio: {printable(message)}", file=sys.stderr)
+
+
+TRACE = "GONIO_TRACEBACK"  # set in the environment, an error is raised as it is
 
 
 def main() -> None:
-    """Run the command line; whatever is wrong with the input is one line on standard error and exit code 1."""
+    """Run the command line; whatever is wrong is one line on standard error and exit code 1."""
     warnings.showwarning = _warn
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal of another encoding lacks ± and µ, and no result for that
+            stream.reconfigure(errors="replace")
     try:
         app()
-    except (ValueError, KeyError, OSError) as error:
-        message = error.args[0] if isinstance(error, KeyError) and error.args else error
-        print(f"gonio: {message}", file=sys.stderr)
+    except Exception as error:
+        if os.environ.get(TRACE):
+            raise
+        _complain(_in_a_line(error))
         sys.exit(1)
+
+
+def _in_a_line(error: Exception) -> str:
+    """What went wrong: the message of an error that gonio raises for its users, and of any other its kind and place."""
+    if isinstance(error, KeyError) and error.args:
+        return str(error.args[0])
+    if isinstance(error, ValueError | OSError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"there is not enough memory: {error or 'for this'}"
+    trace = error.__traceback__
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    place = f" ({Path(trace.tb_frame.f_code.co_filename).name}, line {trace.tb_lineno})" if trace else ""
+    return f"{type(error).__name__}: {error}{place}; this is a mistake in gonio: {TRACE}=1 shows where"

@@ -64,12 +64,12 @@ class FigureOptions:
 
     def save(self, figure: Any, name: str) -> None:
         """Write the figure, under `name` where no place is given, and say where it is."""
-        from gonio.app.output import console
+        from gonio.app.output import show
         from gonio.plotting.style import save
 
         target, suffixes = arguments.figure_target(self.out or name)
         for path in save(figure, target, suffixes, self.force):
-            console().print(f"wrote {path}")
+            show(f"wrote {path}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gonio.files import replacing
+from gonio.outside import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
 LEVEL = 0.95  # of the intervals that are shown
 
@@ -20,19 +22,33 @@ LEVEL = 0.95  # of the intervals that are shown
 def console() -> "Console":
     from rich.console import Console
 
-    return Console(highlight=False)
+    return Console(highlight=False, markup=False)  # brackets in names are names, and no markup
 
 
 class Plain(str):
-    """Text that is printed as it is, however long: a path, a licence."""
+    """Text that is printed in its own lines, however long: a path, a licence."""
 
 
 def show(part: Any) -> None:
-    """Print a table, a sentence with markup, or a Plain text."""
+    """Print a table, a sentence, or a Plain text; characters that a terminal would obey are shown as escapes."""
     if isinstance(part, Plain):
-        print(part)
+        print(printable(part, keep="\n\t"))
     else:
-        console().print(part)
+        console().print(printable(part, keep="\n") if isinstance(part, str) else part)
+
+
+def strong(text: str, rest: str = "") -> "Text":
+    """A sentence that begins in bold."""
+    from rich.text import Text
+
+    return Text.assemble((printable(text), "bold"), printable(rest))
+
+
+def faint(text: str) -> "Text":
+    """A sentence of less weight."""
+    from rich.text import Text
+
+    return Text(printable(text), "dim")
 
 
 def emit_json(data: Any, target: str, force: bool = False) -> None:
@@ -93,14 +109,24 @@ def uncertain(value: float, uncertainty: float, systematic: float = math.nan) ->
 def table(*headings: str, title: str = "", left: int = 1) -> "Table":
     """A table of one line a row; the first `left` columns are text, the others numbers."""
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
 
-    out = Table(
-        title=title or None, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False, padding=0
+    class Printable(Table):
+        """Cells without characters that a terminal would obey."""
+
+        def add_row(self, *cells: Any, **options: Any) -> None:
+            super().add_row(*(printable(c) if isinstance(c, str) else c for c in cells), **options)
+
+    out = Printable(
+        title=printable(title) or None,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        title_style="bold",
+        pad_edge=False,
+        padding=0,
     )
     for k, heading in enumerate(headings):
-        out.add_column(escape(heading), justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
+        out.add_column(printable(heading), justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
     return out
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.files import refuse_existing, replacing
+from gonio.outside import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,8 +101,17 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
     targets = [path.with_name(path.name + suffix) for suffix in suffixes]
     for target in targets:
         refuse_existing(target, force)
+    _make_printable(figure)
     with house_style():
         for target in targets:
             with replacing(target, force) as temporary:
                 figure.savefig(temporary, metadata={"Date": None} if target.suffix == ".svg" else None)
     return targets
+
+
+def _make_printable(figure: "Figure") -> None:
+    """Names from files may hold characters that no SVG may hold: those are shown as their escapes."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_text(printable(text.get_text(), keep="\n"))

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from gonio.app.options import Force
-from gonio.app.output import console, progress_bar
+from gonio.app.output import progress_bar, show
 from gonio.app.report.demo import write_demo
 
 
@@ -18,4 +18,4 @@ def command(
     """Run the paper's study and write it as one page."""
     with progress_bar("the paper's study") as progress:
         page = write_demo(Path(out), seed=seed, force=force, progress=progress)
-    console().print(f"wrote {page}")
+    show(f"wrote {page}")

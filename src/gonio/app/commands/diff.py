@@ -7,7 +7,7 @@ import typer
 
 from gonio.app import arguments
 from gonio.app.options import OutputOptions, ScanOptions, Select
-from gonio.app.output import console
+from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.resampling.difference import difference
 
@@ -31,4 +31,4 @@ def command(
         target, suffixes = arguments.figure_target(out)
         for path in save(difference_figure(found, a.name, b.name), target, suffixes, output.force):
             if output.json != "-":
-                console().print(f"wrote {path}")
+                show(f"wrote {path}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from gonio import Problem, catalogue
 from gonio import fit as fit_problem
 from gonio.app.options import ModelName, OutputOptions, ScanOptions, Scans
-from gonio.app.output import console, emit_json, progress_bar
+from gonio.app.output import emit_json, progress_bar, show
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
 from gonio.comparison import assess
@@ -62,7 +62,7 @@ def command(
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, fit_report.lines(which, row, scrutiny, answers))
     if out and output.json != "-":
-        console().print(f"wrote {out}/")
+        show(f"wrote {out}/")
 
 
 def _write(folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -> None:

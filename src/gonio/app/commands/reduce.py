@@ -7,7 +7,7 @@ import typer
 
 from gonio import convert, read
 from gonio.app.options import Force, Scans, To
-from gonio.app.output import console
+from gonio.app.output import show
 from gonio.measured.reduction import Shadow, reduce
 from gonio.resampling.conversion import in_words
 
@@ -35,10 +35,9 @@ def command(
         shadow=None if keep_shadow else Shadow(),
     )
     done = convert(reduced, out, to, force=force)
-    terminal = console()
     for line in reduced.attrs["history"].splitlines():
-        terminal.print(line, markup=False)
-    terminal.print(f"wrote {done.path} as {done.format.title}, {reduced.sizes['direction']} directions")
+        show(line)
+    show(f"wrote {done.path} as {done.format.title}, {reduced.sizes['direction']} directions")
     for line in done.left_out:
-        terminal.print(f"left out: {line}")
-    terminal.print(f"as the file reads now: {in_words(done.error)}")
+        show(f"left out: {line}")
+    show(f"as the file reads now: {in_words(done.error)}")

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gonio.app.output import figure, table
+from gonio.app.output import faint, figure, strong, table
 from gonio.model import declarations
 from gonio.units import unit_label
 
@@ -81,27 +81,27 @@ def physics_rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
 
 def model_lines(model: "Model") -> Iterator[Any]:
     """One model in full, as on the catalogue page: terms, equations, shape parameters, and its physics."""
-    from rich.markup import escape
     from rich.padding import Padding
+    from rich.text import Text
 
-    yield f"[bold]{model.name}[/bold]: {model.title}"
+    yield strong(model.name, f": {model.title}")
     yield f"source {model.cite}, {model.confidence}\n"
     yield formula(model) + "\n"
     for weight, term in model.terms.items():
         unit = WEIGHT_UNITS[model.term_unit(weight)]
-        yield f"[bold]{weight}[/bold] \\[{unit}]: {(term.__doc__ or '').splitlines()[0]}"
+        yield strong(weight, f" [{unit}]: {(term.__doc__ or '').partition(chr(10))[0]}")
         if text := equation(term):
-            yield Padding(f"[dim]{escape(text)}[/dim]", (0, 0, 1, 4))
+            yield Padding(Text(text, "dim"), (0, 0, 1, 4))
     for name, p in model.shape.items():
         unit = f" {unit_label(p.unit)}".rstrip()
-        yield f"[bold]{name}[/bold]: {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}"
+        yield strong(name, f": {p.help}: {p.default:g}{unit}, from {p.lower:g} to {p.upper:g}")
     rows = table("at default shape", "reciprocity", "reflectance to 85 deg", "least value", left=2)
     for row in physics_rows(model):
         rows.add_row(*row)
     yield rows
     for law, why in model.violates.items():
         yield f"breaks {law}: {why}"
-    yield f"[dim]gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more[/dim]"
+    yield faint(f"gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more")
 
 
 def material_record(material: "Material") -> dict[str, Any]:
@@ -131,12 +131,10 @@ ROWS_OF_A_MATERIAL = 24
 
 def material_lines(material: "Material") -> Iterator[Any]:
     """One material in full: source, notes, and its constants with the reflectance at normal incidence."""
-    from rich.markup import escape
-
-    yield f"[bold]{escape(material.name)}[/bold]: {escape(material.title)}"
-    yield escape(f"source {material.cite}, {material.where}".removesuffix(", "))
+    yield strong(material.name, f": {material.title}")
+    yield f"source {material.cite}, {material.where}".removesuffix(", ")
     if material.note:
-        yield escape(material.note)
+        yield material.note
     out = table("wavelength [µm]", "n", "k", "reflectance", left=0)
     rows = list(zip(material.wavelength_um, material.n, material.k, strict=True))
     step = -(-len(rows) // ROWS_OF_A_MATERIAL)

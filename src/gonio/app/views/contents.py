@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from rich.markup import escape
 
-from gonio.app.output import LEVEL, figure, table
+from gonio.app.output import LEVEL, figure, strong, table
 from gonio.app.views import file
 from gonio.app.views.fit import provisos, values
 from gonio.fitting.covariance_kinds import COVARIANCES
@@ -86,14 +85,14 @@ def _ends(values: np.ndarray) -> list[float]:
 
 
 def _fit_lines(record: dict[str, Any], solution: Solution) -> Iterator[Any]:
-    name = escape(record["file"])
-    yield f"[bold]{name}[/bold]: {record['model']} fitted to {record['points']} points \\[{unit_label(record['unit'])}]"
+    unit = unit_label(record["unit"])
+    yield strong(record["file"], f": {record['model']} fitted to {record['points']} points [{unit}]")
     yield f"{record['solver']}, {record['seconds']:.3g} s: {record['status']}"
     yield from provisos.sample_lines(solution)
     yield from provisos.instrument_lines([solution])
     yield from provisos.loss_lines(solution)
     for smoothed, how in solution.smooth.items():
-        yield f"{escape(smoothed)} is smooth over {how.by}, strength {figure(float(how.strength))}"
+        yield f"{smoothed} is smooth over {how.by}, strength {figure(float(how.strength))}"
     if record["covariance"]:
         yield f"{record['covariance']} covariance: {COVARIANCES[record['covariance']]}"
     yield from values.solution_tables(solution)
@@ -101,18 +100,18 @@ def _fit_lines(record: dict[str, Any], solution: Solution) -> Iterator[Any]:
 
 def _stack_lines(record: dict[str, Any]) -> Iterator[Any]:
     unit = unit_label(record["unit"])
-    yield f"[bold]{escape(record['file'])}[/bold]: stack of {math.prod(record['scans'].values())} scans \\[{unit}]"
+    yield strong(record["file"], f": stack of {math.prod(record['scans'].values())} scans [{unit}]")
     facts = table("", "", left=2)
     facts.show_header = False
     facts.columns[1].no_wrap = False
     for name in ("scans", "each"):
-        facts.add_row(name, " x ".join(f"{escape(dim)} {size}" for dim, size in record[name].items()))
+        facts.add_row(name, " x ".join(f"{dim} {size}" for dim, size in record[name].items()))
     for name, of in (("theta_i", "deg"), ("phi_i", "deg"), ("wavelength", "nm"), ("channel", "")):
         if record[name]:
-            facts.add_row(name, escape(file.listed(record[name], of)))
+            facts.add_row(name, file.listed(record[name], of))
     if record["theta_r"]:
         facts.add_row("theta_r", "{:g} to {:g} deg".format(*record["theta_r"]))
-    facts.add_row("variables", escape(", ".join(record["variables"])))
+    facts.add_row("variables", ", ".join(record["variables"]))
     facts.add_row("stored", f"{record['type']}, {figure(record['megabytes'])} MB unpacked")
     yield facts
     yield "the values were not read: gonio fit-stack reads them block by block"

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from rich.markup import escape
-
 from gonio.resampling.conversion import Conversion, in_words
 
 if TYPE_CHECKING:
@@ -37,5 +35,5 @@ def lines(done: Conversion, since: "xr.Dataset") -> Iterator[str]:
     for line in done.left_out:
         yield f"left out: {line}"
     for line in done.scan.attrs["history"].splitlines()[len(since.attrs["history"].splitlines()) :]:
-        yield escape(line)
+        yield line
     yield f"as the file reads now: {in_words(done.error)}"

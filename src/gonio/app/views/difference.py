@@ -1,18 +1,15 @@
 """The difference of two files as tables and as plain data."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from gonio.app.output import figure, table
+from gonio.app.output import figure, strong, table
 from gonio.comparison.metrics import METRICS, metrics
 from gonio.measured import dataset
 from gonio.resampling.difference import STEEP, Difference
 from gonio.units import unit_label
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 MOST_ROWS = 24
 
@@ -49,9 +46,9 @@ def by_incidence(found: Difference) -> Iterator[dict[str, Any]]:
         yield named | {"directions": part.count, "rms": part.rms, "bias": part.bias, "largest": part.largest}
 
 
-def tables(found: Difference, a: str, b: str) -> "Iterator[Table | str]":
+def tables(found: Difference, a: str, b: str) -> Iterator[Any]:
     """For people: what was compared, the whole, and each incidence angle."""
-    yield f"[bold]{a}[/bold] against [bold]{b}[/bold], {unit_label(dataset.unit(found.points))}"
+    yield strong(f"{a} against {b}", f", {unit_label(dataset.unit(found.points))}")
     if not found.count:
         yield f"nothing in common: {found.missing} directions of {b} lie outside {a}"
         return

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.app.output import table, uncertain
+from gonio.app.output import faint, strong, table, uncertain
 from gonio.formats import read, recognise
 from gonio.measured import dataset
 from gonio.measured.check import check, further
@@ -100,12 +100,12 @@ def _range(values: np.ndarray) -> list[float]:
 
 def lines(record: dict[str, Any]) -> Iterator[Any]:
     """The same for people."""
-    yield f"[bold]{record['file']}[/bold]: {record['format']}, {record['quantity']} \\[{unit_label(record['unit'])}]"
+    yield strong(record["file"], f": {record['format']}, {record['quantity']} [{unit_label(record['unit'])}]")
     yield _facts(record)
     for line in record["provenance"][:MOST_LINES]:
-        yield f"[dim]# {_escaped(line)}[/dim]"
+        yield faint(f"# {line}")
     if len(record["provenance"]) > MOST_LINES:
-        yield f"[dim]# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all[/dim]"
+        yield faint(f"# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all")
     for finding in record["checks"]:
         where = f" ({finding['where']})" if finding["where"] else ""
         yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
@@ -132,7 +132,7 @@ def _facts(record: dict[str, Any]) -> Any:
         if parts:
             facts.add_row(name, " x ".join(parts))
     if record["stored"]:
-        facts.add_row("stored as", _escaped(record["stored"]))
+        facts.add_row("stored as", record["stored"])
     facts.add_row("theta_i", listed(record["theta_i"], "deg"))
     facts.add_row("theta_r", f"{low:g} to {high:g} deg")
     if record["phi_i"]:
@@ -142,7 +142,7 @@ def _facts(record: dict[str, Any]) -> Any:
             facts.add_row(name, listed(record[name], unit))
     facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
     if record["further"]:
-        facts.add_row("kept, not used", _escaped(", ".join(record["further"])))
+        facts.add_row("kept, not used", ", ".join(record["further"]))
     return facts
 
 
@@ -152,9 +152,3 @@ def listed(values: list[Any], unit: str, most: int = 12) -> str:
     if len(texts) > most:
         return f"{len(texts)} values, {texts[0]} to {texts[-1]} {unit}".strip()
     return f"{', '.join(texts)} {unit}".strip()
-
-
-def _escaped(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.app.output import figure
+from gonio.app.output import figure, strong
 from gonio.app.views import contents
 from gonio.fitting import Solution
 from gonio.formats import read
@@ -137,9 +137,9 @@ def record(checked: Checked) -> list[dict[str, Any]]:
 
 def lines(checked: Checked) -> Any:
     """The verdicts for people."""
-    words = {True: "holds", False: "[bold red]violated[/bold red]", None: "no verdict"}
+    words = {True: "holds", False: "violated", None: "no verdict"}
     for name, verdicts in checked.items():
-        yield f"[bold]{name}[/bold]"
+        yield strong(name)
         for v in verdicts:
             figures = _figures(v)
             where = f" at {v.where}" if v.where and v.holds is not True else ""

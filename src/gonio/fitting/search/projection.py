@@ -58,6 +58,13 @@ class Projection:
     rounds: int = 4
     name = "projection"
 
+    def __post_init__(self) -> None:
+        """ValueError for settings with which nothing could be searched."""
+        least = {"grid": 1, "searches": 0, "max_steps": 1, "line": 2, "rounds": 0}
+        for setting, lowest in least.items():
+            if getattr(self, setting) < lowest:
+                raise ValueError(f"{setting} must be at least {lowest}, and is {getattr(self, setting)}")
+
     def followed(self, dimensions: int) -> int:
         """How many starts are followed for so many shape values."""
         return self.searches or (2 if dimensions <= 2 else 4)

@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -23,6 +24,7 @@ from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
+from gonio.outside import as_cell, from_cell
 from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is not read further
@@ -219,7 +221,7 @@ def _cells(row: list[str], columns: list[Column], signed: bool) -> tuple[list[fl
 
 def _cell(text: str, column: Column, signed: bool) -> tuple[float | str, str]:
     if not column.is_number:
-        return text, ""
+        return from_cell(text), ""
     try:
         if "_" in text:  # float accepts 1_000, which no instrument writes
             raise ValueError
@@ -307,7 +309,13 @@ def _write(scan: xr.Dataset, path: Path) -> None:
             file.write(f"# {_FURTHER}{', '.join(further)}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(headings.values())
-        writer.writerows(zip(*(v.tolist() for v in columns.values()), strict=True))
+        writer.writerows(zip(*map(_cells_of, columns.values()), strict=True))
+
+
+def _cells_of(values: np.ndarray) -> list[Any]:
+    """The cells of a column; texts so that a spreadsheet runs none of them as a formula."""
+    cells: list[Any] = values.tolist()
+    return [as_cell(cell) if isinstance(cell, str) else cell for cell in cells]
 
 
 def _heading(name: str, cf_unit: str) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from gonio.app.output import strong
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ def instrument_record(solution: "Solution") -> dict[str, float]:
     return asdict(solution.instrument) | {"error": float(solution.dataset.attrs["instrument_error"])}
 
 
-def sample_lines(solution: "Solution") -> Iterator[str]:
+def sample_lines(solution: "Solution") -> Iterator[Any]:
     """That starts were searched on some of the points; nothing where that was on all."""
     searched, points = (int(solution.dataset.attrs[name]) for name in ("points_searched", "points"))
     if 0 < searched < points:
@@ -28,7 +29,7 @@ def sample_lines(solution: "Solution") -> Iterator[str]:
 COARSE = 0.1  # of what a fit leaves over: a change of the rule for the cones that shows
 
 
-def instrument_lines(solutions: Sequence["Solution"]) -> Iterator[str]:
+def instrument_lines(solutions: Sequence["Solution"]) -> Iterator[Any]:
     """What was folded into fits, and what to do where that was done too coarsely; nothing for single directions."""
     instrument = solutions[0].instrument
     if not instrument:
@@ -38,10 +39,8 @@ def instrument_lines(solutions: Sequence["Solution"]) -> Iterator[str]:
     yield f"folded in, half-angle of {listed}: values are the surface's own, errors those of what the instrument reads"
     for solution in solutions:
         if (error := instrument_record(solution)["error"]) > COARSE:
-            yield (
-                f"[bold]{solution.model.name}: too coarse[/bold]: half the step would change it by {error:.0%} of what "
-                f"the fit leaves over: add --cone-step {instrument.finer().step:g}"
-            )
+            what = f": half the step would change it by {error:.0%} of what the fit leaves over: add --cone-step "
+            yield strong(f"{solution.model.name}: too coarse", f"{what}{instrument.finer().step:g}")
 
 
 def loss_record(solution: "Solution") -> dict[str, Any]:
@@ -54,7 +53,7 @@ def loss_record(solution: "Solution") -> dict[str, Any]:
     }
 
 
-def loss_lines(solution: "Solution") -> Iterator[str]:
+def loss_lines(solution: "Solution") -> Iterator[Any]:
     """How a robust loss went; nothing for squared errors."""
     record = loss_record(solution)
     if record["name"] == "squared":
@@ -89,17 +88,15 @@ def outlier_record(scrutiny: "Scrutiny") -> dict[str, Any]:
     }
 
 
-def outlier_lines(scrutiny: "Scrutiny") -> Iterator[str]:
+def outlier_lines(scrutiny: "Scrutiny") -> Iterator[Any]:
     """Where points lie that do not belong, and what to do about them; nothing where all belong."""
     if scrutiny.systematic:
         same = (1 + scrutiny.agreement) / 2
-        yield (
-            f"[bold]systematic misfit[/bold]: {same:.0%} of neighbours err to the same side, where chance gives 50%: "
-            "the model lacks something, so points far off are no outliers for that alone"
-        )
+        what = f": {same:.0%} of neighbours err to the same side, where chance gives 50%: the model lacks something, "
+        yield strong("systematic misfit", f"{what}so points far off are no outliers for that alone")
     for region, rows in scrutiny.regions.items():
-        far = "far off" if scrutiny.systematic else "[bold]outliers[/bold]"
-        yield f"{far}: {_place(scrutiny.points.isel(direction=rows))}: {region}"
+        where = f": {_place(scrutiny.points.isel(direction=rows))}: {region}"
+        yield f"far off{where}" if scrutiny.systematic else strong("outliers", where)
     if scrutiny.beyond.any() and not scrutiny.systematic:
         yield "fit with --loss cauchy, which lets them go, or give them mask = 3 in the file"
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from gonio.app.output import LEVEL, figure, table, uncertain
+from gonio.app.output import LEVEL, figure, strong, table, uncertain
 from gonio.app.views.fit import provisos, values
 
 if TYPE_CHECKING:
@@ -52,18 +52,16 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
     } | certainty.record()
 
 
-def determination_lines(row: "Row", certainty: "Certainty") -> Iterator[str]:
+def determination_lines(row: "Row", certainty: "Certainty") -> Iterator[Any]:
     """Which values the data do not determine, and which combinations they do; nothing where all are determined."""
-    from rich.markup import escape
-
     from gonio.fitting.certainty.identifiability import combinations, determinations
 
     for one in determinations(row.solution, row.farthest, certainty.profiles):
         if not one.determined:
-            yield f"[bold]{escape(one.name)}[/bold]: {escape(one.words)}"
+            yield strong(one.name, f": {one.words}")
     for combination in combinations(row.solution):
         stated = uncertain(combination.value, combination.uncertainty)
-        yield f"[bold]{escape(combination.name)}[/bold]: determined, {stated}"
+        yield strong(combination.name, f": determined, {stated}")
 
 
 def metrics_table(metrics: Mapping[str, float]) -> "Table":
@@ -81,7 +79,7 @@ def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") 
     from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 
     solution, attrs = row.solution, row.solution.dataset.attrs
-    yield f"[bold]{attrs['model']}[/bold] fitted to {which}, {attrs['points']} points"
+    yield strong(attrs["model"], f" fitted to {which}, {attrs['points']} points")
     yield f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}"
     yield from provisos.sample_lines(solution)
     yield from provisos.instrument_lines([solution])

@@ -32,26 +32,22 @@ def solution_tables(solution: "Solution") -> "Iterator[Table]":
 
 
 def _listed(parameters: Mapping[str, Any], parts: str) -> "Table":
-    from rich.markup import escape
-
     out = table("parameter", f"value ± {parts}", "unit", left=1)
     for name, p in parameters.items():
         values = {f"{name}[{group}]": value for group, value in p["values"].items()} if "by" in p else {name: p}
         for full, value in values.items():
-            out.add_row(escape(full), _stated(value), unit_label(p["unit"]))
+            out.add_row(full, _stated(value), unit_label(p["unit"]))
     out.columns[2].justify = "left"
     return out
 
 
 def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
-    from rich.markup import escape
-
     coordinates = [_with_unit(name, COORDINATE_UNITS.get(name, "")) for name in by.split(",")]
     heads = [_with_unit(name, unit_label(p["unit"])) for name, p in parameters.items()]
     out = table(*coordinates, *heads, left=len(coordinates))
     for group in next(iter(parameters.values()))["values"]:
         values = [p["values"][group] for p in parameters.values()]
-        out.add_row(*map(escape, group.split(",")), *map(_stated, values))
+        out.add_row(*group.split(","), *map(_stated, values))
     return out
 
 
@@ -65,9 +61,7 @@ def _with_unit(name: str, unit: str) -> str:
 
 def smooth_lines(row: "Row") -> Iterator[str]:
     """What is held smooth and how strongly, and how many values that leaves; nothing where nothing is."""
-    from rich.markup import escape
-
     for name, one in row.solution.smooth.items():
-        yield f"{escape(name)} is smooth over {one.by}, strength {figure(float(one.strength))}"
+        yield f"{name} is smooth over {one.by}, strength {figure(float(one.strength))}"
     if row.solution.smooth:
         yield f"that leaves {row.effective_values:.1f} of {row.free_parameters} values"

@@ -30,6 +30,19 @@ def peak_megabytes() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
 
 
+def is_running(process: int) -> bool:
+    """Whether a process of this machine is there; True where the system does not tell."""
+    if os.name != "posix":  # a signal that ends nothing is of POSIX alone
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # there, and another user's
+        return True
+    return True
+
+
 def ignore_interrupts() -> None:
     """Let Ctrl-C pass this process by.
 

@@ -180,9 +180,14 @@ def fit_blocks(client: Any, run: Run) -> Iterator[Record]:
     Raises ValueError, which names the failed blocks, at the end, or as soon as MOST_FAILURES have failed. The blocks
     that were written by then stay, and another run of the same job goes on from there.
     """
+    with run.held():  # only now, with workers there: with --force this replaces the old results
+        yield from _fit_blocks(client, run)
+
+
+def _fit_blocks(client: Any, run: Run) -> Iterator[Record]:
+    """The loop of `fit_blocks`, with the store there and locked."""
     from distributed import as_completed
 
-    run.begin()  # only now, with workers there: with --force this replaces the old results
     pending, failed, resubmitted = iter(run.todo), dict[int, str](), Counter[int]()
     tasks: dict[Any, int] = {}
     completed = as_completed()

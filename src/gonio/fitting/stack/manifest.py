@@ -13,6 +13,7 @@ There is one file for each block, and no common index, so that processes on seve
 file and need no locks.
 """
 
+import hashlib
 import inspect
 import json
 import math
@@ -103,6 +104,7 @@ class Record:
     started, written: when the computation began and when the chunks were on the disk [s since 1970].
     seconds: how long reading and fitting took [s], without writing.
     peak_megabytes: the most memory [MB] that the process had used by then, for other blocks too.
+    run: the digest of the run that computed it, by which a mark of another run is known.
     statuses: how many lanes ended with which status. worst: the lane of the largest cost, by coordinate, with its cost
     and status; None where no lane has a cost. A summary of the whole run is made of these, without opening the results.
     """
@@ -115,6 +117,7 @@ class Record:
     written: float
     seconds: float
     peak_megabytes: float
+    run: str = ""
     statuses: dict[str, int] = field(default_factory=dict)
     worst: dict[str, Any] | None = None
 
@@ -141,6 +144,11 @@ class Manifest:
         except (OSError, ValueError, KeyError, TypeError):
             return None
         return declared
+
+    def digest(self) -> str:
+        """The digest of the declared run; empty where there is none."""
+        declared = self.run()
+        return "" if declared is None else digest_of(declared)
 
     def _mark(self, block: int) -> Path:
         return self.folder / f"{block:07d}.json"
@@ -214,6 +222,11 @@ class Manifest:
             os.fsync(file.fileno())
         temporary.replace(final)
         synchronise(self.folder)  # the new name is an entry of the folder, which has to be on the disk too
+
+
+def digest_of(declared: Any) -> str:
+    """The SHA-256 of a declaration as `plain` gives it, the same before and after it was stored."""
+    return hashlib.sha256(json.dumps(declared).encode()).hexdigest()
 
 
 def plain(value: Any) -> Any:

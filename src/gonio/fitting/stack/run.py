@@ -10,8 +10,6 @@ processors. The measured values of the stack are the exception: they may be tera
 """
 
 import functools
-import hashlib
-import json
 import os
 import socket
 import time
@@ -28,8 +26,9 @@ from gonio.files import refuse_existing, refuse_overlap, replacing
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.stack import lock
 from gonio.fitting.stack import store as lane_store
-from gonio.fitting.stack.manifest import BlockGrid, Manifest, Record, difference, plain
+from gonio.fitting.stack.manifest import BlockGrid, Manifest, Record, difference, digest_of, plain
 from gonio.measured.stack import lane_dims, one_scan
 from gonio.measured.stack_store import identity, open_stack
 from gonio.model import Model
@@ -151,6 +150,14 @@ class Run:
         """Whether this continues a run whose store was there already."""
         return self.fresh is None
 
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """The store of results begun and locked while the blocks are fitted; ValueError where another run holds it."""
+        lock.refuse_held(self.manifest.folder)  # before `begin` replaces a store
+        self.begin()
+        with lock.held(self.manifest.folder):
+            yield
+
     def begin(self) -> None:
         """Make the store of results if there is none to go on with.
 
@@ -190,9 +197,10 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
         empty = " and ".join(d for d in lanes if not opened.sizes[d])
         raise ValueError(f"{asked.stack} holds no scan: its {empty} is empty")
     declared = _declared(asked, opened, blocks)
-    digest = hashlib.sha256(json.dumps(declared).encode()).hexdigest()
-    job = Job(digest, asked, blocks)
-    existing = Manifest(asked.out).run()
+    job = Job(digest_of(declared), asked, blocks)
+    manifest = Manifest(asked.out)
+    existing = manifest.run()
+    lock.refuse_held(manifest.folder)
     if existing is None:
         refuse_existing(asked.out, force)
     if existing is None or force:
@@ -202,8 +210,8 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
             f"{asked.out} holds the fit of another run: {change}; choose another --out, or --force to start anew"
         )
     job.search()
-    manifest = Manifest(asked.out)
-    done = frozenset(manifest.written())
+    # A mark of another run vouches for nothing here, however it came into this store.
+    done = frozenset(record.block for record in manifest.records() if record.run == job.digest)
     return Run(job, done, {block: len(manifest.starts(block)) for block in manifest.begun() - done})
 
 
@@ -252,8 +260,8 @@ def fit_block(job: Job, block: int) -> Record:
     Raises ValueError for any error, with a message that names the block.
     """
     manifest = Manifest(job.out)
-    if manifest.is_written(block):
-        return manifest.record(block)
+    if manifest.is_written(block) and (record := manifest.record(block)).run == job.digest:
+        return record
     try:
         return _fit_block(job, block, manifest)
     except Exception as error:
@@ -264,12 +272,14 @@ def fit_block(job: Job, block: int) -> Record:
 
 def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
     """The steps of `fit_block` for a block that is not marked; the mark comes last, when the chunks are on the disk."""
+    _refuse_other_run(job, manifest)
     started = manifest.start(block)
     problem, stack = _prepared(job)
     region = job.blocks.region(block)
     part = stack.isel(region).load()
     result = job.search()(problem, part, **job.asked.settings).transpose(*job.blocks.dims, ...)
     seconds = time.time() - started
+    _refuse_other_run(job, manifest)  # which may have begun meanwhile
     lane_store.write(job.out, result, job.blocks, block)
     if len(manifest.starts(block)) > 1:
         lane_store.remove_leftovers(job.out, result, job.blocks, block, started)
@@ -282,11 +292,19 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
         written=time.time(),
         seconds=seconds,
         peak_megabytes=peak_megabytes(),
+        run=job.digest,
         statuses=lane_store.statuses(result),
         worst=lane_store.worst(result, part, region),
     )
+    _refuse_other_run(job, manifest)
     manifest.mark(record)
     return record
+
+
+def _refuse_other_run(job: Job, manifest: Manifest) -> None:
+    """ValueError where the store is no longer that of this job: another run replaced it."""
+    if manifest.digest() != job.digest:
+        raise ValueError(f"{job.out} is now the store of another run: nothing more of this one is written")
 
 
 def _declaration(model: Model) -> dict[str, Any]:

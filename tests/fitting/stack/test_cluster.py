@@ -81,6 +81,17 @@ def test_every_block_is_fitted_once_by_two_processes(cluster, stack, undisturbed
     assert computations(run.manifest) == [1] * 10
 
 
+def test_a_client_without_the_key_of_the_run_is_refused(cluster):
+    """Whoever can submit a task runs code as the user who fits."""
+    from distributed import Client
+
+    address = cluster.client.scheduler.address
+    assert address.startswith("tls://127.0.0.1")
+    for stranger in (address, address.replace("tls", "tcp")):
+        with pytest.raises((OSError, TypeError)), Client(stranger, timeout=2):
+            pass
+
+
 def test_few_tasks_are_with_the_scheduler(cluster, stack, monkeypatch):
     submitted, most = [], 0
     real = cluster.client.submit
@@ -202,19 +213,20 @@ def test_ctrl_c_leaves_a_run_that_goes_on(stack, undisturbed, tmp_path):
     assert contents(out) == undisturbed
 
 
-def test_a_run_from_python_tells_its_progress(cluster, stack, undisturbed, tmp_path):
+def test_a_run_from_python_on_a_scheduler_tells_its_progress(stack, undisturbed, tmp_path):
+    from distributed import LocalCluster
+
     told = []
-    address = cluster.client.scheduler.address
     declared = asked(stack, tmp_path / "out.zarr", block=BLOCK)
-    options = {"scheduler": address, "progress": told.append}
-    found = fit_stack(declared, **options)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as someones:
+        options = {"scheduler": someones.scheduler_address, "progress": told.append}
+        found = fit_stack(declared, **options)
+        fit_stack(declared, **options)
     assert told == sorted(told)
     assert len(told) == 10
     assert told[-1] == 1.0
     assert found["value"].shape == (LANES, 1)
     assert contents(tmp_path / "out.zarr") == undisturbed
-    fit_stack(declared, **options)
-    assert len(told) == 10
 
 
 def test_a_scheduler_that_is_not_there_or_alone_is_told_of(monkeypatch):
@@ -223,6 +235,8 @@ def test_a_scheduler_that_is_not_there_or_alone_is_told_of(monkeypatch):
         pytest.raises(ValueError, match=r"no scheduler answers at tcp://127.0.0.1:9 .*dask scheduler"),
         connected("tcp://127.0.0.1:9"),
     ):
+        pass
+    with pytest.raises(ValueError, match=r"no scheduler answers at tls://.*TLS"), connected("tls://127.0.0.1:9"):
         pass
     from distributed import LocalCluster
 

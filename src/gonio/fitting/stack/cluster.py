@@ -89,6 +89,7 @@ def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()
     if scheduler and workers:
         raise ValueError("a scheduler has workers of its own: leave out --workers, or --scheduler")
     try:
+        import cryptography  # noqa: F401  # for the keys of a local cluster
         import dask
         import distributed
     except ImportError:
@@ -130,7 +131,11 @@ def _compilation_cache() -> dict[str, str]:
 
 
 def _local_cluster(workers: int, preload: Sequence[str]) -> Any:
-    """A scheduler and worker processes on this machine, of one thread each; it listens to this machine alone."""
+    """A scheduler and worker processes on this machine, of one thread each.
+
+    It listens to this machine alone, and takes only clients with the key of this run: whoever can submit a task runs
+    code as this user, and a machine may have many.
+    """
     import logging
 
     from distributed import LocalCluster
@@ -139,6 +144,7 @@ def _local_cluster(workers: int, preload: Sequence[str]) -> Any:
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
+        security=True,  # TLS with keys that are made now and end with the run
         dashboard_address="127.0.0.1:0",  # any free port: several runs may be active at once
         silence_logs=logging.CRITICAL,  # a dead worker is replaced, and a failed block is reported once, by fit_blocks
         preload=[__name__, *preload],  # this module for its dask_setup
@@ -152,7 +158,7 @@ def _remote_client(scheduler: str) -> Iterator[Any]:
 
     try:
         client = Client(scheduler, timeout=PATIENCE)
-    except (OSError, TimeoutError, ValueError) as error:
+    except (OSError, TimeoutError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
         reason = " ".join(str(error).split())[:120]
         raise ValueError(f"no scheduler answers at {scheduler} ({reason}): start one by `dask scheduler`") from None
     with client:

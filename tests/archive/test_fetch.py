@@ -53,6 +53,14 @@ class Server(BaseHTTPRequestHandler):
             self.send_header("Content-Range", f"bytes {start}-{len(body) - 1}/{len(body)}")
         self.send_header("Content-Length", str(len(body) - start))
         self.end_headers()
+        if self.manner == "drips":
+            with contextlib.suppress(ConnectionError):
+                while True:
+                    self.wfile.write(b"\0")
+                    self.wfile.flush()
+                    threading.Event().wait(0.02)
+            self.close_connection = True
+            return
         end = start + 300_000 if cuts else len(body)
         with contextlib.suppress(ConnectionError):
             self.wfile.write(body[start:end])
@@ -203,6 +211,14 @@ def test_an_archive_that_is_down_is_asked_again_and_one_without_the_file_is_not(
     with pytest.raises(ValueError, match="answers 404 Not Found: name a mirror with --base-url"):
         archive.fetch(NAME, address)
     assert len(asked) == 1
+
+
+def test_an_archive_that_sends_a_byte_at_a_time_does_not_hold_the_command_for_ever(serve, monkeypatch):
+    monkeypatch.setattr(download, "AFTER", 0.2)
+    address, asked = serve("drips")
+    with pytest.raises(OSError, match=r"did not arrive: .* bytes arrived in 0 s"):
+        archive.fetch(NAME, address)
+    assert len(asked) == download.ATTEMPTS
 
 
 def test_a_damaged_file_in_the_cache_is_fetched_anew(serve):

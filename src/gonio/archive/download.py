@@ -12,7 +12,8 @@ from gonio.archive.collection import PublicFile
 
 ATTEMPTS = 4
 PATIENCE = (10.0, 60.0)  # s to connect, and between two pieces of the answer
-CHUNK = 2**15  # bytes written at once; an incomplete chunk is lost
+CHUNK = 2**15  # bytes written at once
+SLOWEST, AFTER = 1000.0, 60.0  # bytes/s on average that an answer must reach after so many seconds
 PARTIAL, RANGE_REFUSED, BUSY = 206, 416, (408, 429)  # HTTP
 
 
@@ -55,6 +56,7 @@ class Download:
     def _complete(self, url: str) -> bool:
         """Download the rest of the file into `partial`; whether a part of it existed before."""
         import requests
+        from urllib3.exceptions import HTTPError
 
         resumed = self._size() > 0
         for attempt in range(1, ATTEMPTS + 1):
@@ -63,7 +65,7 @@ class Download:
                 if self._size() >= self.file.size:
                     return resumed
                 why = f"it ends after {self._size()} of {self.file.size} bytes"
-            except requests.RequestException as error:
+            except (requests.RequestException, HTTPError) as error:
                 why = _in_words(error)
             if attempt < ATTEMPTS:
                 time.sleep(self.pause * attempt)
@@ -97,11 +99,16 @@ class Download:
             answer.raise_for_status()
             appends = status == PARTIAL and answer.headers.get("Content-Range", "").startswith(f"bytes {size}-")
             with self.partial.open("ab" if appends else "wb") as out:
-                for chunk in answer.iter_content(CHUNK):
+                begin, started = out.tell(), time.monotonic()
+                # What has arrived, not a full chunk: an archive that sends a byte a second would never fill one.
+                while chunk := answer.raw.read1(CHUNK):
                     out.write(chunk)
                     self.progress(min(out.tell() / self.file.size, 1.0))
                     if out.tell() > self.file.size:  # it cannot be the file: the check of its hash fails next
                         return
+                    seconds, arrived = time.monotonic() - started, out.tell() - begin
+                    if seconds > AFTER and arrived < SLOWEST * seconds:
+                        raise requests.Timeout(f"{arrived} bytes arrived in {seconds:.0f} s")
 
 
 def _in_words(error: Exception) -> str:

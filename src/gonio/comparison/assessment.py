@@ -14,6 +14,7 @@ from gonio.fitting.solution import Solution
 from gonio.model import Model
 
 Values = npt.NDArray[np.float64]
+FEWEST_PARTS = 5  # of a validation that says which models predict alike
 VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
 
 
@@ -99,9 +100,24 @@ def validate(problem: Problem, row: Row, by: str) -> Row:
 def behind(row: Row, best: Row) -> tuple[float, float]:
     """By how much a model's left-out lg RMSE exceeds the best one's: mean over the parts and its standard error.
 
-    NaN for the error with fewer than two parts. A difference below twice its error means nothing.
+    NaN for the error with fewer than two parts. `alike` says whether the difference means anything.
     """
     differences = np.array([row.by_fold[name] - error for name, error in best.by_fold.items()])
     if differences.size < 2:
         return float(np.mean(differences)), math.nan
     return float(np.mean(differences)), float(np.std(differences, ddof=1) / math.sqrt(differences.size))
+
+
+def alike(row: Row, best: Row) -> bool | None:
+    """Whether two models predict alike: the difference lies within its 95 % interval by Student's t over the parts.
+
+    None with fewer than FEWEST_PARTS parts, which say too little about their own scatter. The parts share most of what
+    was fitted, so their errors are correlated, and the interval is rather too short than too long.
+    """
+    from scipy.stats import t
+
+    parts = len(best.by_fold)
+    if parts < FEWEST_PARTS:
+        return None
+    mean, error = behind(row, best)
+    return abs(mean) <= float(t.ppf(0.975, parts - 1)) * error

@@ -1,10 +1,12 @@
 """Validation: what is left out is not seen, what cannot be predicted is refused, and overfitting shows."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gonio import Problem, catalogue, simulate
-from gonio.comparison.assessment import assess, behind, information_criteria, validate
+from gonio.comparison.assessment import alike, assess, behind, information_criteria, validate
 from gonio.comparison.ranking import compare
 from gonio.fitting import fit
 from gonio.fitting.certainty.hold_out import folds, predictions
@@ -90,6 +92,19 @@ def test_the_true_model_wins_where_it_was_not_shown(scan):
     mean, error = behind(by_name["lambert"], by_name["torrance-sparrow"])
     assert mean > 2 * error > 0
     assert by_name["torrance-sparrow"].bic < by_name["cauchy-lorentz"].bic < by_name["lambert"].bic
+
+
+def test_alike_is_said_by_students_t_and_not_of_few_parts():
+    """At four degrees of freedom two standard errors are no 95 %: Student's t asks for 2.78."""
+
+    def row(errors):
+        return SimpleNamespace(by_fold={f"part {k}": error for k, error in enumerate(errors)})
+
+    best = row([0.0] * 5)
+    apart = np.array([0.0, 1.0, 2.0, 3.0, 4.0])  # standard error 1/sqrt(2), before the mean is moved
+    for times, expected in ((2.5, True), (2.9, False)):
+        assert alike(row(apart - 2 + times / 2**0.5), best) is expected
+    assert alike(row(apart[:4]), row([0.0] * 4)) is None
 
 
 def test_information_criteria():

@@ -49,7 +49,7 @@ def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
 
 def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models by their error where they were not shown the measurement, and which differences mean something."""
-    from gonio.comparison.assessment import behind
+    from gonio.comparison.assessment import FEWEST_PARTS, alike, behind
 
     out = table("model", "", "free", "fitted", "left out", "behind", "AICc", "BIC", title=f"{scan}, lg RMSE")
     for row in rows:
@@ -58,7 +58,7 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
             apart = "–"
         else:
             apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
-            apart += " ≈" if abs(mean) < 2 * error else "  "
+            apart += " ≈" if alike(row, rows[0]) else "  "
         errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
         out.add_row(
             row.model.name,
@@ -68,7 +68,10 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
         )
-    meaning = "behind the first: mean over the parts ± standard error; ≈ alike, within twice that"
+    parts = len(rows[0].by_fold)
+    few = f"{parts} part{'s' * (parts != 1)}, too few to say which are alike"
+    meaning = "behind the first: mean over the parts ± standard error; "
+    meaning += few if parts < FEWEST_PARTS else f"≈ alike, by Student's t over {parts} parts (95 %)"
     out.caption, out.caption_justify = "\n".join([meaning, *_marks_in_words(rows)]), "left"
     return out
 

@@ -69,10 +69,11 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
         )
     parts = len(rows[0].by_fold)
-    few = f"{parts} part{'s' * (parts != 1)}, too few to say which are alike"
-    meaning = "behind the first: mean over the parts ± standard error; "
-    meaning += few if parts < FEWEST_PARTS else f"≈ alike, by Student's t over {parts} parts (95 %)"
-    out.caption, out.caption_justify = "\n".join([meaning, *_marks_in_words(rows)]), "left"
+    of_parts = f"{parts} part{'s' * (parts != 1)}"
+    few = f"{of_parts}, too few to say which are alike"
+    meaning = "behind the first: mean over parts ± standard error"
+    told = few if parts < FEWEST_PARTS else f"≈ alike, by Student's t over {of_parts} (95 %)"
+    out.caption, out.caption_justify = "\n".join([meaning, told, *_marks_in_words(rows)]), "left"
     return out
 
 

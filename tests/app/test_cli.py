@@ -609,3 +609,18 @@ def test_outliers_are_listed_and_a_robust_loss_lets_them_go(run, tmp_path):
     clean = simulate(catalogue["torrance-sparrow"], truth, [10.0, 40], np.arange(-70, 71, 5.0), noise=0.01)
     write(clean, path, force=True)
     assert "outliers" not in run(*command)[1]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("eval ggx --at 10,20 --set rho_s=1 --set width=-1", "width is -1, outside its bounds"),
+        ("eval disney --at 10,20 --set scale=1 --set roughness=9", "roughness is 9, outside its bounds 0.05 to 1"),
+        ("draw ggx --set rho_s=1 --set width=-1", "width is -1, outside its bounds"),
+    ],
+)
+def test_values_that_a_fit_would_refuse_are_refused_in_an_evaluation(run, command, message):
+    code, out, err = run(*command.split())
+    assert (code, out) == (1, "")
+    assert message in err
+    assert err.count("\n") == 1

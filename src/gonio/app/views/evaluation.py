@@ -35,10 +35,14 @@ class EvaluatedModel:
 
 
 def surface(model: Model, given: Mapping[str, float], published: str) -> EvaluatedModel:
-    """Raises ValueError where the published constants belong to another model."""
+    """Raises ValueError for published constants of another model, and for a shape value outside its bounds."""
     chosen = surfaces[published] if published else None
     if chosen and chosen.model != model.name:
         raise ValueError(f"the constants of {published} belong to {chosen.model}, not to {model.name}")
+    for name, parameter in model.shape.items():
+        if name in given and not parameter.lower <= given[name] <= parameter.upper:
+            beyond = f"outside its bounds {parameter.lower:g} to {parameter.upper:g}"
+            raise ValueError(f"{name} is {given[name]:g}, {beyond}: `gonio models {model.name}` has them")
     return EvaluatedModel(model, given, chosen)
 
 

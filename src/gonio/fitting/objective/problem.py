@@ -178,6 +178,11 @@ class Problem(ProblemOptions):
                 raise ValueError(f"{name} is held at {value:g}, outside its bounds {lower:g} to {upper:g}")
         if not lower <= upper:
             raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
+        if lower == upper and held is None:
+            raise ValueError(f"the bounds of {name} leave one value, {lower:g}: hold it there instead")
+        if not is_weight and not self.model.shape[name].allows(lower):
+            kind = "is not negative" if self.model.shape[name].lower == 0 else "is above zero"
+            raise ValueError(f"the bounds of {name} begin at {lower:g}, and it {kind}")
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
     def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:

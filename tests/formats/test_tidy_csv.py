@@ -168,3 +168,27 @@ def test_two_gigabytes_of_garbage_are_refused_at_once(tmp_path, filler):
         file.truncate(2 * 1024**3)
     with pytest.raises(FormatError, match="line 1"):
         read(path)
+
+
+def test_a_dataset_that_could_not_be_read_again_is_not_written(tmp_path):
+    """As somebody makes one by hand: without units of the coordinates, without phi, without a unit of the BRDF."""
+    scan = read(written(tmp_path, GOOD))
+    cases = {
+        "theta_i does not say its unit: give degrees": scan.assign_coords(theta_i=("direction", [30.0, 30.0])),
+        "has no phi: a scan needs": scan.drop_vars("phi"),
+        "theta_r is in 'radian'": scan.assign_coords(theta_r=("direction", [0.1, 0.2], {"units": "radian"})),
+        "the BRDF's unit is None": scan.assign(brdf=("direction", [0.1, 0.2])),
+    }
+    for message, case in cases.items():
+        for name in ("again.csv", "again.nc", "again.zarr"):
+            with pytest.raises(ValueError, match=message):
+                write(case, tmp_path / name)
+            assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("name", [" R", "R ", "R\nG", "R\0G", "R\rG"])
+def test_a_name_that_would_read_as_another_is_not_written(tmp_path, name):
+    scan = read(written(tmp_path, GOOD)).assign_coords(channel=("direction", np.array(["R", name])))
+    with pytest.raises(ValueError, match="cannot be a cell of a CSV file"):
+        write(scan, tmp_path / "again.csv")
+    assert not (tmp_path / "again.csv").exists()

@@ -14,7 +14,8 @@ import xarray as xr
 from gonio.door import text
 from gonio.files import FormatError, replacing
 from gonio.formats.format import Format
-from gonio.measured.dataset import add_history
+from gonio.measured.dataset import DIRECTIONS, add_history, unit
+from gonio.measured.sound import missing
 from gonio.model import NearestNames
 
 HEAD = 4096  # bytes that a format may look at to recognise a file
@@ -110,11 +111,27 @@ def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "")
     """Write a scan in the format of the path's suffix, or the format named `to`; returns that format.
 
     Raises FileExistsError where the file exists, unless `force` is set. Raises ValueError as `writer` does, and for a
-    scan that the format cannot hold as it is; `gonio.convert` makes a scan that it can hold.
+    scan that the format cannot hold as it is; `gonio.convert` makes a scan that it can hold. Also for a Dataset that is
+    no scan: without brdf or an angle, or with angles that do not say that they are in degrees.
     """
+    _refuse_no_scan(scan)
     path = Path(path)
     chosen = writer(path, to)
     assert chosen.write is not None
     with replacing(path, force) as temporary:
         chosen.write(scan, temporary)
     return chosen
+
+
+def _refuse_no_scan(scan: xr.Dataset) -> None:
+    """ValueError with the remedy for a Dataset that could not be read again after it was written."""
+    if lacking := missing(scan):
+        raise ValueError(
+            f"the Dataset has no {lacking}: a scan needs brdf and the coordinates theta_i, theta_r and phi"
+        )
+    for name in (n for n in DIRECTIONS if n in scan.variables):
+        if scan[name].attrs.get("units") != "degree":
+            units = scan[name].attrs.get("units")
+            said = f"is in {units!r}" if units else "does not say its unit"
+            raise ValueError(f"{name} {said}: give degrees, and set scan[{name!r}].attrs['units'] = 'degree'")
+    unit(scan)  # raises where the BRDF does not say its own

@@ -315,6 +315,11 @@ def _write(scan: xr.Dataset, path: Path) -> None:
 def _cells_of(values: np.ndarray) -> list[Any]:
     """The cells of a column; texts so that a spreadsheet runs none of them as a formula."""
     cells: list[Any] = values.tolist()
+    for cell in dict.fromkeys(c for c in cells if isinstance(c, str)):
+        if cell != cell.strip() or not set(cell).isdisjoint("\n\r\0"):
+            raise ValueError(
+                f"{cell!r} cannot be a cell of a CSV file, with a blank at an end or a line break: rename it"
+            )
     return [as_cell(cell) if isinstance(cell, str) else cell for cell in cells]
 
 

@@ -19,6 +19,15 @@ def test_a_lobe_alone_reads_exactly():
     assert reading.peak == pytest.approx(1000 / (np.pi * 40), rel=1e-3)
 
 
+@pytest.mark.parametrize("size", [1e-290, 1e-30, 1e30, 1e307])
+def test_the_size_of_the_values_does_not_matter(size):
+    scan = simulate(catalogue["cauchy-lorentz"], {"kdd": 100.0, "kid": 0.1, "gamma": 40.0}, [30.0], THETA_R)
+    (expected,) = half_widths(scan)
+    (reading,) = half_widths(scan.assign(brdf=(scan["brdf"] * size).assign_attrs(units="sr-1")))
+    assert reading.status is Reading.READ
+    assert reading.gamma == pytest.approx(expected.gamma, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", ["Al", "Cu", "SR107", "S781"])
 def test_published_gamma_at_the_largest_incidence(name):
     """With the floor removed, the half width at 70 deg is the paper's gamma to 2.5 deg.

@@ -73,7 +73,7 @@ def _far_sides(flat: xr.Dataset) -> Iterator[tuple[str, float, Values, Values]]:
 def _read(name: str, theta_i: float, t: Values, f: Values, floor: float | None) -> HalfWidth:
     # In units of a power of two near the largest value, which changes no digit: squares of values cannot overflow then,
     # and the tolerance of the non-negative least squares, which is absolute, means the same for every scan.
-    unit = 2.0 ** math.frexp(float(np.max(np.abs(f), initial=0.0)))[1]
+    unit = 2.0 ** min(math.frexp(float(np.max(np.abs(f), initial=0.0)))[1], 1023)  # 2^1024 is beyond a double
     f = np.asarray(f, dtype=float) / unit  # single precision would not hold the unit of its largest values
 
     def failed(status: Reading, peak: float = math.nan, used: float = math.nan) -> HalfWidth:

@@ -260,11 +260,6 @@ def test_channels_of_another_order_are_stored_in_that_of_the_file(tmp_path):
     np.testing.assert_allclose(again["brdf"].values, ordered.values, rtol=1e-7)  # the file holds single precision
 
 
-def test_channels_that_it_cannot_hold_are_refused_before_they_are_resampled():
-    with pytest.raises(ValueError, match="channels R, G and B, not X, Y"):
-        FORMAT.layout(make_scan([10.0, 10.0], [10.0, 10.0], [0.1, 0.2], coordinates={"channel": ["X", "Y"]}))
-
-
 def test_what_cannot_be_written_is_refused(tmp_path):
     path = tmp_path / "a.bsdf"
     scan = samples.laid_out()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gonio import read
+from gonio import convert, read
 from gonio.app.views.file import describe
 from gonio.files import FormatError
 from gonio.plausibility import of_scan
@@ -44,3 +44,28 @@ def test_05_transmission_of_one_side_fills_nothing_by_reciprocity(shared_cases):
     gaps = (filled["theta_i"] == 10) & (filled["theta_r"] == 70)
     assert gaps.any()
     assert filled["brdf"].values[gaps.values] == pytest.approx(np.nan, nan_ok=True)
+
+
+@pytest.mark.parametrize(("to", "suffix"), [("merl", ".binary"), ("utia", ".bin")])
+def test_10_a_scan_without_channels_stands_in_all_three(shared_cases, tmp_path, to, suffix):
+    mono = read(shared_cases / "10-monochrome-to-merl-utia" / "mono.csv")
+    filling = Filling(
+        ("reciprocity", "bilateral"), lambda points: np.full(points.sizes["direction"], 0.1), "a constant"
+    )
+    done = convert(mono, tmp_path / f"out{suffix}", to, filling=filling)
+    again = read(done.path)
+    assert again["channel"].values.tolist() == ["R", "G", "B"]
+    values = again["brdf"].transpose("channel", ...).values
+    np.testing.assert_allclose(values[1:], values[:1].repeat(2, 0), rtol=1e-12)
+    assert "the values stand in R, G, B alike" in done.scan.attrs["history"]
+
+
+@pytest.mark.parametrize(
+    ("to", "suffix"), [("ssdd", ".ssdd"), ("rgl", ".bsdf"), ("integra", ".brs"), ("zemax", ".bsdf")]
+)
+def test_16_one_named_channel_is_monochrome(shared_cases, tmp_path, to, suffix):
+    visible = read(shared_cases / "16-one-named-channel" / "visible.csv")
+    filling = Filling((), lambda points: np.full(points.sizes["direction"], 0.1), "a constant")
+    done = convert(visible, tmp_path / f"out{suffix}", to, filling=filling)
+    assert "channel Visible" in done.left_out
+    assert "channel" not in read(done.path).dims

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gonio import convert, read
+from gonio.formats import formats
 from gonio.measured import dataset
 from gonio.measured.dataset import make_scan
 from gonio.resampling.conversion import in_words
@@ -110,3 +112,44 @@ def test_a_model_fills_only_gaps_and_is_flagged(tmp_path):
     assert set(np.unique(found["origin"])) == {1.0, 4.0}
     assert (found["brdf"].values[found["origin"].values == 4] == 5).all()
     assert done.error.rms == 0
+
+
+FILLED = Filling(("bilateral",), lambda p: np.full(p.sizes["direction"], 0.1), "a constant")
+RESTRICTED = [
+    f for f in formats().values()
+    if f.write and f.holds.channels and not f.holds.quantity and f.name != "merl"  # 33 MB: a case of its own
+]  # fmt: skip
+
+
+def coloured(names):
+    """One scan in each channel, as many times the same as the place of its name."""
+    one = scan()
+    parts = [
+        one.assign(brdf=one["brdf"] * (k + 1.0)).assign_coords(
+            channel=("direction", np.full(one.sizes["direction"], name))
+        )
+        for k, name in enumerate(names)
+    ]
+    joined = xr.concat(parts, dim="direction")
+    joined["brdf"].attrs["units"] = "sr-1"
+    return joined
+
+
+@pytest.mark.parametrize("kind", RESTRICTED, ids=lambda f: f.name)
+def test_channels_go_by_name_in_any_order_and_one_alone_is_monochrome(kind, tmp_path):
+    group = kind.holds.channels[0]
+    turned = coloured(group[::-1])
+    if kind.name.endswith("transmission"):
+        turned = turned.assign_coords(mode=("direction", np.full(turned.sizes["direction"], "transmission")))
+    done = convert(turned, tmp_path / "three", kind.name, filling=FILLED)
+    again = read(done.path)
+    assert again["channel"].values.tolist() == list(group)
+    levels = [float(again["brdf"].sel(channel=name).max()) for name in group]
+    np.testing.assert_allclose(np.array(levels) / levels[-1], [3, 2, 1], rtol=1e-3)
+    one = turned.isel(direction=np.flatnonzero(turned["channel"] == group[0]))
+    named = one.assign_coords(channel=("direction", np.full(one.sizes["direction"], "vis")))
+    alone = convert(named, tmp_path / "one", kind.name, filling=FILLED)
+    assert "channel vis" in alone.left_out
+    two = turned.isel(direction=np.flatnonzero(turned["channel"] != group[0]))
+    with pytest.raises(ValueError, match=f"holds the channels {group[0]}, .* choose one with --select channel="):
+        convert(two, tmp_path / "two", kind.name, filling=FILLED)

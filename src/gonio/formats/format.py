@@ -16,6 +16,8 @@ class Holds:
     `azimuths`: directions out of the plane of incidence. `anisotropic`: surfaces turned about their normal (phi_i).
     `transmission`: light that goes through. `relative`: a mark for relative data; a format without it is never given
     relative data. `gaps`: missing values. `negative`: values below zero.
+    `channels`: the groups of channels that a file can name, such as R, G and B; without any, all names.
+    `monochrome`: whether values without a channel can be stored; where they cannot, they stand in each channel alike.
     `sets`: the coordinates (of dataset.SETS) along which a file can hold several sets of directions; one set of any
     kind always fits. `variables`: the variables beside brdf that are kept, `*` for all. `quantity`: the attribute
     `quantity` that a scan must have, for formats that store something other than a BRDF.
@@ -27,6 +29,8 @@ class Holds:
     relative: bool = False
     gaps: bool = False
     negative: bool = True
+    channels: tuple[tuple[str, ...], ...] = ()
+    monochrome: bool = True
     sets: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
     quantity: str = ""

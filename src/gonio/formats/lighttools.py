@@ -265,5 +265,5 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=lambda scan: hemispheres.layout(scan, anisotropic=False),
-    holds=Holds(transmission=True, sets=SET_DIMENSIONS, variables=("tis",)),
+    holds=Holds(transmission=True, sets=SET_DIMENSIONS, channels=(("X", "Y", "Z"),), variables=("tis",)),
 )

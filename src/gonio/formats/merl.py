@@ -20,7 +20,7 @@ import xarray as xr
 
 from gonio.door.binary import Bytes
 from gonio.door.text import MOST_VALUES
-from gonio.formats.colours import planes
+from gonio.formats.colours import COLOURS, planes
 from gonio.formats.format import Format, Holds
 from gonio.measured import coordinates
 from gonio.measured.dataset import ABSOLUTE, HORIZON, PARAMETERISATION
@@ -223,6 +223,6 @@ FORMAT = Format(
     write=_write,
     layout=_layout,
     evaluate=_evaluate,
-    holds=Holds(gaps=True, negative=False, sets=("channel",)),
+    holds=Holds(gaps=True, negative=False, sets=("channel",), channels=(COLOURS,), monochrome=False),
     rank=20,
 )

@@ -104,6 +104,6 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=_layout,
-    holds=Holds(anisotropic=True, relative=True, sets=("channel",)),
+    holds=Holds(anisotropic=True, relative=True, sets=("channel",), channels=(COLOURS,), monochrome=False),
     rank=90,
 )

@@ -304,5 +304,7 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=_layout,
-    holds=Holds(anisotropic=True, transmission=True, sets=("channel",), variables=("tis",)),
+    holds=Holds(
+        anisotropic=True, transmission=True, sets=("channel",), channels=(("X", "Y", "Z"),), variables=("tis",)
+    ),
 )

@@ -125,6 +125,8 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
             )
         left_out.append(f"{name} {values[0]}")
         scan = scan.isel({name: 0}, drop=True) if name in scan.dims else scan.drop_vars(name)
+    scan, removed = _in_known_channels(scan, target)
+    left_out += removed
     scan, removed = _without_turns(scan, target)
     left_out += removed
     if "mask" in scan and not {"*", "mask"} & set(holds.variables):
@@ -136,6 +138,47 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
         left_out.append(f"the mask: {masked} masked values became gaps" if masked else "an empty mask")
     scan, removed = _without_variables(scan, target)
     return scan, left_out + removed
+
+
+def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
+    """The scan in channels that the format can name: one of another name is monochrome; ValueError for several.
+
+    Where the format has no monochrome files, the values stand in each of its channels, which the history says.
+    """
+    holds, left_out = target.holds, []
+    if not holds.channels:
+        return scan, []
+    if "channel" in scan.coords:
+        names = list(dict.fromkeys(map(str, scan["channel"].values.ravel())))
+        if len(names) == 1 and (names[0],) not in holds.channels:
+            left_out.append(f"channel {names[0]}")
+            scan = scan.isel(channel=0, drop=True) if "channel" in scan.dims else scan.drop_vars("channel")
+        elif _order(names, holds.channels) is None:
+            known = ", or ".join(", ".join(group) for group in holds.channels)
+            raise ValueError(
+                f"{target.title} holds the channels {known}, and the data have {', '.join(names)}: choose one with "
+                f"--select channel={names[0]}"
+            )
+    if holds.monochrome or "channel" in scan.coords:
+        return scan, left_out
+    group = holds.channels[0]
+    scan = add_history(_in_each(scan, group), f"the values stand in {', '.join(group)} alike")
+    return scan, left_out
+
+
+def _order(names: Sequence[str], groups: Sequence[tuple[str, ...]]) -> tuple[str, ...] | None:
+    """The group that these names are, in its own order; None where there is none."""
+    return next((group for group in groups if sorted(group) == sorted(names)), None)
+
+
+def _in_each(scan: xr.Dataset, channels: Sequence[str]) -> xr.Dataset:
+    """The values of a scan without channels in each of several."""
+    if scan["brdf"].dims == ("direction",):
+        count = scan.sizes["direction"]
+        parts = [scan.assign_coords(channel=("direction", np.full(count, name))) for name in channels]
+        return xr.concat(parts, dim="direction", combine_attrs="override")
+    along = [n for n, v in scan.data_vars.items() if v.dims == scan["brdf"].dims]
+    return scan.assign({n: scan[n].expand_dims(channel=list(channels)) for n in along})
 
 
 def _without_turns(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
@@ -187,6 +230,8 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
             ready = ready.drop_vars("origin")
     if not target.holds.gaps:
         _refuse_gaps(ready, target)
+    if "channel" in ready.dims and (order := _order(list(ready["channel"].values), target.holds.channels)):
+        ready = ready.sel(channel=list(order))
     return ready
 
 

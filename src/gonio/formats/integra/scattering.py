@@ -256,7 +256,13 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
         read=_read,
         write=functools.partial(_write, is_transmitted),
         layout=_layout,
-        holds=Holds(anisotropic=True, transmission=is_transmitted, relative=True, sets=("wavelength", "channel")),
+        holds=Holds(
+            anisotropic=True,
+            transmission=is_transmitted,
+            relative=True,
+            sets=("wavelength", "channel"),
+            channels=(("R", "G", "B"),),
+        ),
     )
 
 

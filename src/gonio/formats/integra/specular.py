@@ -107,6 +107,7 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
             relative=True,
             negative=False,
             sets=("wavelength", "channel"),
+            channels=(("R", "G", "B"),),
             quantity=TRANSMITTANCE if is_transmitted else REFLECTANCE,
         ),
     )

@@ -20,7 +20,7 @@ import xarray as xr
 from gonio.door.tensor_file import MAGIC, Fields, write_fields
 from gonio.door.text import clip
 from gonio.formats.format import Format, Holds
-from gonio.formats.rgl.layout import layout, refuse_channels
+from gonio.formats.rgl.layout import layout
 from gonio.formats.rgl.scan import BELOW, DIMENSIONS, GRAZING, NAME, as_scan, evaluate, measurement_of, with_values
 from gonio.measured.dataset import add_history
 
@@ -116,7 +116,7 @@ def _values_name(fields: Fields) -> str:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    refuse_channels(scan)
+    _refuse_channels(scan)
     tensors, sets, is_unchanged = with_values(scan)
     if sets not in ((), ("channel",), ("wavelength",)):
         raise ValueError(f"RGL files hold channels or wavelengths, not {' and '.join(sets)}: choose one with --select")
@@ -134,6 +134,17 @@ def _write(scan: xr.Dataset, path: Path) -> None:
         tensors["luminance"] = _luminance(tensors, stored)
         tensors.pop("valid", None)
     write_fields(path, _fields(scan, tensors, stored, sets))
+
+
+def _refuse_channels(scan: xr.Dataset) -> None:
+    """ValueError where the scan has other channels than R, G and B."""
+    if "channel" not in scan.coords or "wavelength" in scan.coords:
+        return
+    channels = list(dict.fromkeys(map(str, scan["channel"].values.ravel())))
+    if len(channels) == 1:
+        raise ValueError(f"RGL files hold R, G and B together, not {channels[0]} alone")
+    if sorted(channels) != ["B", "G", "R"]:
+        raise ValueError(f"RGL files hold the channels R, G and B, not {', '.join(channels)}")
 
 
 def _fields(scan: xr.Dataset, tensors: dict[str, Any], stored: Any, sets: tuple[str, ...]) -> dict[str, Any]:
@@ -179,5 +190,5 @@ FORMAT = Format(
     write=_write,
     layout=layout,
     evaluate=evaluate,
-    holds=Holds(anisotropic=True, sets=("channel", "wavelength")),
+    holds=Holds(anisotropic=True, sets=("channel", "wavelength"), channels=(("R", "G", "B"),)),
 )

@@ -24,11 +24,7 @@ WIDEST_TURN = 15.0  # deg, between azimuths phi_i
 
 
 def layout(scan: xr.Dataset) -> xr.Dataset:
-    """The nodes of the tensors where the scan has them, else half vectors at its incidence angles and phi_i.
-
-    Raises ValueError for channels that the file cannot hold, before they are resampled.
-    """
-    refuse_channels(scan)
+    """The nodes of the tensors where the scan has them, else half vectors at its incidence angles and phi_i."""
     if all(f"tensor_{n}" in scan.variables for n in ("theta_i", "phi_i", "ndf", "sigma", "vndf", "spectra")):
         tensors = tensors_of(scan)
         tensors["spectra"] = tensors["spectra"].reshape(-1, *tensors["spectra"].shape[-4:])[0]
@@ -38,17 +34,6 @@ def layout(scan: xr.Dataset) -> xr.Dataset:
             return xr.Dataset(coords={n: scan[n].variable for n in names} | _layout_tensors(tensors))
     tensors = _plain_tensors(scan)
     return grid_of(measurement_of(tensors, 0)).assign_coords(_layout_tensors(tensors))
-
-
-def refuse_channels(scan: xr.Dataset) -> None:
-    """ValueError where the scan has other channels than R, G and B."""
-    if "channel" not in scan.coords or "wavelength" in scan.coords:
-        return
-    channels = list(dict.fromkeys(map(str, scan["channel"].values.ravel())))
-    if len(channels) == 1:
-        raise ValueError(f"RGL files hold R, G and B together, not {channels[0]} alone")
-    if sorted(channels) != ["B", "G", "R"]:
-        raise ValueError(f"RGL files hold the channels R, G and B, not {', '.join(channels)}")
 
 
 def _layout_tensors(tensors: dict[str, Any]) -> dict[str, Any]:

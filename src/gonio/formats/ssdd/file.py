@@ -187,5 +187,10 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=_layout,
-    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "wavelength", "channel")),
+    holds=Holds(
+        anisotropic=True,
+        transmission=True,
+        sets=("mode", "wavelength", "channel"),
+        channels=(COLOURS["rgb"], COLOURS["xyz"]),
+    ),
 )

@@ -11,11 +11,12 @@ import pytest
 import xarray as xr
 
 import samples
-from gonio import convert, read, write
+from gonio import Problem, catalogue, convert, fit, read, write
 from gonio.files import FormatError
 from gonio.formats import formats, recognise
 from gonio.formats.format import Format
 from gonio.measured.dataset import flatten, make_scan, points
+from gonio.measured.stack import foreign_dims
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling
@@ -232,6 +233,26 @@ def test_every_sample_goes_into_every_format_or_says_why_not(source, sample_file
         shutil.rmtree(target) if target.is_dir() else target.unlink()
         written += 1
     assert written  # gonio's own formats hold everything
+
+
+@pytest.mark.parametrize("source", sorted(formats()))
+def test_every_sample_is_one_scan_that_can_be_fitted(source, sample_files, tmp_path):
+    """Whatever the axes of a format are called; what is not fitted names the physics that the model lacks."""
+    for path in sample_files[source]:
+        scan = read(path)
+        assert foreign_dims(scan) == (), path.name
+        if why := refusal(scan):
+            assert re.search(r"transmission|specular|quantity|no BRDF|Mueller", why), (path.name, why)
+
+
+def refusal(scan: xr.Dataset) -> str:
+    """Nothing where Lambert's model was fitted to a scan, or the sentence that says why it cannot be."""
+    try:
+        solution = fit(Problem(catalogue["lambert"], scan))
+    except ValueError as error:
+        return str(error)
+    assert np.isfinite(list(solution.values.values())).any()
+    return ""
 
 
 def size_of(path: Path) -> int:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gonio import convert, read
+from gonio import Problem, catalogue, compare, convert, fit, read, write
 from gonio.app.views.file import describe
 from gonio.files import FormatError
 from gonio.plausibility import of_scan
@@ -69,3 +69,13 @@ def test_16_one_named_channel_is_monochrome(shared_cases, tmp_path, to, suffix):
     done = convert(visible, tmp_path / f"out{suffix}", to, filling=filling)
     assert "channel Visible" in done.left_out
     assert "channel" not in read(done.path).dims
+
+
+def test_08_the_patches_of_a_matrix_are_the_directions_of_one_scan(shared_cases, tmp_path):
+    done = convert(read(shared_cases / "08-rgl-klems-not-fitted" / "lambert.csv"), tmp_path / "k.xml", "radiance")
+    matrix = read(done.path)
+    assert fit(Problem(catalogue["lambert"], matrix)).values["rho"] == pytest.approx(0.5, rel=1e-6)
+    rows = compare(matrix, [catalogue["lambert"], catalogue["ggx"]])
+    assert {row.model.name for row in rows} == {"lambert", "ggx"}
+    write(matrix, tmp_path / "k.nc")
+    assert fit(Problem(catalogue["lambert"], read(tmp_path / "k.nc"))).values["rho"] == pytest.approx(0.5, rel=1e-6)

@@ -27,6 +27,8 @@ MODES = ("reflection", "transmission")
 SETS = ("scan", "mode", "side", "polarisation", *SPECTRAL)  # coordinates that tell one set of directions from the next
 MASK_MEANINGS = ("in_use", "blocked", "below_floor", "excluded")
 HORIZON = 90.0 + 1e-9  # deg; a direction at 90 is of the hemisphere, also where rounding moved it
+# Attribute: the dimensions of a format's own that run over the directions of one scan, such as the patches of a matrix.
+AXES = "axes_of_directions"
 PARAMETERISATION = "parameterisation"  # attribute: the format whose own interpolation holds between the directions
 ABSOLUTE, RELATIVE = CF_STRINGS["brdf"], CF_STRINGS["relative"]
 
@@ -103,7 +105,7 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
     kept = ~(np.isnan(full["brdf"]) & below.broadcast_like(scan["brdf"]).transpose(*wide).values)
     columns = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
     coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
-    attrs = {name: value for name, value in scan.attrs.items() if name != PARAMETERISATION}
+    attrs = {name: value for name, value in scan.attrs.items() if name not in (PARAMETERISATION, AXES)}
     return xr.Dataset(columns, coords=coords, attrs=attrs)
 
 
@@ -130,7 +132,8 @@ def directions(scan: xr.Dataset) -> xr.Dataset:
     names = [n for n in DIRECTIONS if n in scan.variables]
     grid = [str(d) for d in scan["brdf"].dims if d not in SETS]
     kept = [*names, *(d for d in grid if d in scan.coords and d not in names)]
-    alone = xr.Dataset(coords={n: scan[n].variable for n in kept})
+    own = {AXES: scan.attrs[AXES]} if AXES in scan.attrs else {}
+    alone = xr.Dataset(coords={n: scan[n].variable for n in kept}, attrs=own)
     if grid != ["direction"]:
         return alone
     rows = np.unique(np.column_stack([scan[n].values for n in names]), axis=0, return_index=True)[1]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.coordinates import SYSTEMS
-from gonio.measured.dataset import DIRECTIONS, HORIZON, SETS
+from gonio.measured.dataset import AXES, DIRECTIONS, HORIZON, SETS
 
 NODE = "node"  # each node's place along the scan's dimensions
 LANED = ("brdf", "uncertainty", "mask")  # what each lane may have of its own
@@ -39,6 +39,7 @@ def lane_dims(stack: xr.Dataset, each: Sequence[str] = ()) -> tuple[str, ...]:
 def foreign_dims(scan: xr.Dataset) -> tuple[str, ...]:
     """The dimensions of `brdf` that are of no scan: neither directions nor sets of them."""
     own = {"direction", *SETS, *DIRECTIONS, *(axis for system in SYSTEMS.values() for axis in system.axes)}
+    own |= set(str(scan.attrs.get(AXES, "")).split())
     return tuple(str(d) for d in scan["brdf"].dims if d not in own)
 
 

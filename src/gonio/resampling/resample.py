@@ -25,7 +25,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured import dataset
-from gonio.measured.dataset import DIRECTIONS, HORIZON, PARAMETERISATION, SETS, SPECTRAL
+from gonio.measured.dataset import AXES, DIRECTIONS, HORIZON, PARAMETERISATION, SETS, SPECTRAL
 from gonio.resampling.interpolation import Targets, interpolator, targets_of
 from gonio.resampling.lookup import Measured
 from gonio.resampling.sources import SYMMETRIES, Sources
@@ -236,7 +236,8 @@ def _assembled(
     `columns` holds, for each variable, one array of all directions for each key.
     """
     # What describes the old directions is not true of the new ones: their interpolation, storage and symmetry.
-    attrs = {k: v for k, v in scan.attrs.items() if k not in (PARAMETERISATION, "stored", "symmetry")}
+    attrs = {k: v for k, v in scan.attrs.items() if k not in (PARAMETERISATION, AXES, "stored", "symmetry")}
+    attrs |= {AXES: onto.attrs[AXES]} if AXES in onto.attrs else {}
     units = {name: scan[name].attrs if name in scan else _ORIGIN for name in columns}
     # A coordinate with one value, such as a single wavelength, distinguishes no set and is in no key. It is kept, too.
     single = {n: scan[n].values.ravel()[0] for n in SETS if n in scan.coords and n not in keys[0]}

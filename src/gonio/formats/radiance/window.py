@@ -24,7 +24,7 @@ from gonio.formats.format import Format, Holds
 from gonio.formats.radiance import blocks as window_blocks
 from gonio.formats.radiance import klems, tensor_tree
 from gonio.formats.radiance.klems import Basis
-from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION, SETS, add_history, make_scan
+from gonio.measured.dataset import ABSOLUTE, AXES, PARAMETERISATION, SETS, add_history, make_scan
 
 LONGEST_NUMBER = 100  # characters, with the white space around the number
 NAME = "radiance"
@@ -122,7 +122,7 @@ def patches(incident: Basis, outgoing: Basis) -> xr.Dataset:
         "theta_r": ("outgoing", theta_r, degree),
         "phi": (("incident", "outgoing"), phi, degree),
     }
-    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: NAME}
+    attrs = {"Conventions": "CF-1.11", "symmetry": "anisotropic", PARAMETERISATION: NAME, AXES: "incident outgoing"}
     return xr.Dataset(coords=coords, attrs=attrs | {_INCIDENT: str(incident), _OUTGOING: str(outgoing)})
 
 

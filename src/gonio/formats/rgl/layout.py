@@ -14,6 +14,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.formats.rgl.scan import X, Y, grid_of, measurement_of, tensor_variables, tensors_of
+from gonio.measured.dataset import AXES
 
 Values = npt.NDArray[np.float64]
 
@@ -31,7 +32,8 @@ def layout(scan: xr.Dataset) -> xr.Dataset:
         dims = scan["brdf"].dims if "brdf" in scan else ()
         if {Y, X} <= set(dims):
             names = [n for n in ("theta_i", "theta_r", "phi", "phi_i", Y, X) if n in scan.coords and scan[n].ndim]
-            return xr.Dataset(coords={n: scan[n].variable for n in names} | _layout_tensors(tensors))
+            coords = {n: scan[n].variable for n in names} | _layout_tensors(tensors)
+            return xr.Dataset(coords=coords, attrs={AXES: f"{Y} {X}"})
     tensors = _plain_tensors(scan)
     return grid_of(measurement_of(tensors, 0)).assign_coords(_layout_tensors(tensors))
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.formats.rgl.adaptive import RglMeasurement
-from gonio.measured.dataset import ABSOLUTE, PARAMETERISATION
+from gonio.measured.dataset import ABSOLUTE, AXES, PARAMETERISATION
 
 Values = npt.NDArray[np.float64]
 
@@ -51,6 +51,7 @@ def as_scan(tensors: dict[str, Any], sets: dict[str, Any]) -> xr.Dataset:
         "stored": "BRDF x cos(theta_r)",
         "symmetry": "isotropic" if measurement.isotropic else "anisotropic",
         PARAMETERISATION: NAME,
+        AXES: grid.attrs[AXES],
     }
     dims = (*sets, *grid["theta_r"].dims)
     set_coords = {n: (n, v, {"units": "nm"} if n == "wavelength" else {}) for n, v in sets.items()}
@@ -108,7 +109,8 @@ def grid_of(measurement: RglMeasurement) -> xr.Dataset:
     coords: dict[str, Any] = {n: (n, v, {"units": "degree"}) for n, v in axes.items()}
     coords |= {n: (dims, v, {"units": "degree"}) for n, v in angles.items()}
     size = measurement.values.shape[-2:]
-    return xr.Dataset(coords=coords | {n: (n, np.linspace(0, 1, k)) for n, k in zip((Y, X), size, strict=True)})
+    warped = {n: (n, np.linspace(0, 1, k)) for n, k in zip((Y, X), size, strict=True)}
+    return xr.Dataset(coords=coords | warped, attrs={AXES: f"{Y} {X}"})
 
 
 def _plain(radians: Values) -> Values:

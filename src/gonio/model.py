@@ -34,10 +34,6 @@ class Parameter:
         if not self.lower <= self.default <= self.upper:
             raise ValueError(f"default {self.default} of {self.help!r} is outside {self.lower}..{self.upper}")
 
-    def allows(self, value: float) -> bool:
-        """Whether a value has the sign that the declared bounds have; a fit's own bounds may lie beyond them."""
-        return value > 0 if self.lower > 0 else value >= 0 or self.lower < 0
-
 
 class TermUnit(NamedTuple):
     """The unit of a term, written in its return annotation; the weight's unit is the data's over this one.

@@ -1,12 +1,17 @@
 """The cases from the field beside the project: each gives what its README says that it should."""
 
+import re
+
 import numpy as np
 import pytest
 
-from gonio import Problem, catalogue, compare, convert, fit, read, write
+from gonio import Problem, catalogue, check, compare, convert, fit, read, write
 from gonio.app.views.file import describe
 from gonio.files import FormatError
 from gonio.plausibility import of_scan
+from gonio.plotting.hemisphere import hemisphere
+from gonio.plotting.style import save
+from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling, resample
 
 
@@ -79,3 +84,72 @@ def test_08_the_patches_of_a_matrix_are_the_directions_of_one_scan(shared_cases,
     assert {row.model.name for row in rows} == {"lambert", "ggx"}
     write(matrix, tmp_path / "k.nc")
     assert fit(Problem(catalogue["lambert"], read(tmp_path / "k.nc"))).values["rho"] == pytest.approx(0.5, rel=1e-6)
+
+
+def test_13_values_without_a_relative_difference_are_counted(shared_cases):
+    folder = shared_cases / "13-diff-largest-zero"
+    found = difference(read(folder / "a.csv"), read(folder / "b.csv"))
+    assert found.without_ratio == 4
+    assert found.largest == 0
+    assert found.largest_absolute == 0.5
+    assert (found.where_absolute["theta_i"], found.where_absolute["theta_r"]) == (30, 60)
+
+
+def test_17_what_says_no_mode_is_reflection(shared_cases):
+    folder = shared_cases / "17-diff-reflection-with-transmission"
+    brdf, both = read(folder / "brdf.csv"), read(folder / "both.csv")
+    for other, reference in ((brdf, both), (both, brdf)):
+        found = difference(other, reference)
+        assert (found.count, found.rms, found.largest) == (5, 0, 0)
+    through = both.isel(direction=np.flatnonzero(both["mode"] == "transmission"))
+    for other, reference in ((brdf, through), (through, brdf)):
+        with pytest.raises(ValueError, match="one is of transmission"):
+            difference(other, reference)
+
+
+def test_11_a_later_version_with_the_same_rows_is_read(shared_cases):
+    folder = shared_cases / "11-speos-v11"
+    later, known = read(folder / "v11.anisotropicbsdf"), read(folder / "v8.anisotropicbsdf")
+    np.testing.assert_array_equal(later["brdf"].values, known["brdf"].values)
+
+
+def test_15_a_sign_that_may_be_turned_is_asked_about(shared_cases):
+    scan = read(shared_cases / "15-sign-flipped-unnoticed" / "flipped.csv")
+    assert any("backscatter direction" in f.what and "change the sign" in f.remedy for f in check(scan))
+    right = scan.assign_coords(phi=("direction", (scan["phi"].values + 180) % 360, {"units": "degree"}))
+    assert not any("backscatter" in f.what for f in check(right))
+
+
+def test_18_text_before_the_xml_is_a_remark(shared_cases):
+    scan = read(shared_cases / "18-xml-after-a-line-of-text" / "recover.xml")
+    assert np.isfinite(scan["brdf"].values).any()
+    assert "Recover using" in scan.attrs["provenance"]
+
+
+def test_19_a_hemisphere_of_nothing_is_drawn(tmp_path):
+    nothing = {"a": (30.0, lambda g: 0 * g.cos_r), "b": (30.0, lambda g: 0 * g.cos_r - 1.0)}
+    for logarithmic in (True, False):
+        save(hemisphere(nothing, unit="sr-1", logarithmic=logarithmic), tmp_path / f"h{logarithmic}", (".png",))
+
+
+def test_09_one_wavelength_is_stored_as_the_block_that_radiance_reads(shared_cases, tmp_path):
+    """Radiance itself sees 0.4998 in this file, and saw 0 in one with <Wavelength unit="nm">650.0</Wavelength>."""
+    done = convert(read(shared_cases / "09-radiance-not-visible" / "red.csv"), tmp_path / "red.xml", "radiance")
+    text = done.path.read_text(encoding="utf-8")
+    assert re.findall("<Wavelength .*?</Wavelength>", text) == ['<Wavelength unit="Integral">Visible</Wavelength>']
+    assert any(line.endswith("stored as Visible") for line in done.left_out)
+
+
+def test_31_a_matrix_has_what_pywincalc_requires(shared_cases, tmp_path):
+    """pyWinCalc 3.3.1 reads this file; it raised without each of these four."""
+    done = convert(read(shared_cases / "31-window-xml-pywincalc" / "lambert.csv"), tmp_path / "k.xml", "radiance")
+    text = done.path.read_text(encoding="utf-8")
+    for element in (
+        "<Name>[^<]+</Name>",
+        "<Manufacturer>[^<]+</Manufacturer>",
+        '<Thickness unit="Meter">[^<]+</Thickness>',
+    ):
+        assert re.search(element, text)
+    first = re.search(r"<ScatteringData>\s*([^\n]*)", text)
+    assert first is not None
+    assert first[1].count(",") == 145

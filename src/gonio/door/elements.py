@@ -3,6 +3,7 @@
 DTDs and entities are refused (by defusedxml), and depth, number and length of elements are limited.
 """
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ DEEPEST = 40  # nested elements; no measurement has more
 MOST_ELEMENTS = 100_000
 LONGEST_TAG = 1_048_576  # bytes
 _CHUNK = 65_536
+_BEGIN = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*<(?=[?!A-Za-z_])", re.MULTILINE)  # a line that begins with a tag
 
 
 @dataclass(slots=True)
@@ -63,11 +65,17 @@ class _Builder:
         self.root: Element | None = None
         self.remarks: list[str] = []
         self.parser: Any = None
+        self.skipped = 0  # lines before the XML begins
         self._open: list[tuple[Element, list[str]]] = []
         self._count = 0
 
+    @property
+    def line(self) -> int:
+        """The line of the file that the parser has reached."""
+        return self.skipped + int(self.parser.parser.CurrentLineNumber)
+
     def _wrong(self, what: str) -> FormatError:
-        return FormatError(self.path, what, f"line {self.parser.parser.CurrentLineNumber}")
+        return FormatError(self.path, what, f"line {self.line}")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         """Begin an element, within the limits of depth and number."""
@@ -76,8 +84,7 @@ class _Builder:
             raise self._wrong(f"elements are nested more than {DEEPEST} deep")
         if self._count > MOST_ELEMENTS:
             raise self._wrong(f"there are more than {MOST_ELEMENTS} elements")
-        line = self.parser.parser.CurrentLineNumber
-        element = Element(self.path, tag.rpartition("}")[2], line, dict(attributes))
+        element = Element(self.path, tag.rpartition("}")[2], self.line, dict(attributes))
         if self._open:
             self._open[-1][0].children.append(element)
         self._open.append((element, []))
@@ -107,7 +114,10 @@ class _Builder:
 
 
 def parse(path: Path) -> tuple[Element, list[str]]:
-    """The root element of an XML file, and the lines of the remarks before it. Raises FormatError with the line."""
+    """The root element of an XML file, and the lines of the remarks before it. Raises FormatError with the line.
+
+    Lines of text before the XML, which programs print into such files and other readers skip, are remarks too.
+    """
     from xml.etree.ElementTree import ParseError
 
     from defusedxml.common import DefusedXmlException
@@ -119,25 +129,35 @@ def parse(path: Path) -> tuple[Element, list[str]]:
     try:
         with path.open("rb") as file:
             fed = 0
-            while chunk := file.read(_CHUNK):
+            while chunk := file.read(_CHUNK) if fed else _from_the_root_on(file.read(_CHUNK), builder):
                 parser.feed(chunk)
                 fed += len(chunk)
                 if fed - parser.parser.CurrentByteIndex > LONGEST_TAG:
-                    line = parser.parser.CurrentLineNumber
-                    raise FormatError(path, f"a tag is longer than {LONGEST_TAG} bytes", f"line {line}")
+                    raise FormatError(path, f"a tag is longer than {LONGEST_TAG} bytes", f"line {builder.line}")
         root = parser.close()
     except ParseError as error:
         raise FormatError(
-            path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {error.position[0]}"
+            path, f"is no well-formed XML ({clip(str(error), 80)})", f"line {builder.skipped + error.position[0]}"
         ) from error
     except DefusedXmlException as error:
         message = "has a document type or entities, which a measurement does not need: delete them"
-        raise FormatError(path, message, f"line {parser.parser.CurrentLineNumber}") from error
+        raise FormatError(path, message, f"line {builder.line}") from error
     except FormatError:
         raise
     except (ValueError, LookupError) as error:  # an encoding that the parser does not know
         message = f"is in no encoding that can be read ({clip(str(error), 60)}): save it as UTF-8"
-        raise FormatError(path, message, f"line {parser.parser.CurrentLineNumber}") from error
+        raise FormatError(path, message, f"line {builder.line}") from error
     if root is None:
         raise FormatError(path, "holds no element", "line 1")
     return root, builder.remarks
+
+
+def _from_the_root_on(start: bytes, builder: _Builder) -> bytes:
+    """The first bytes of a file without the lines of text before its XML, which become remarks."""
+    begin = _BEGIN.search(start)
+    if begin is None or not (before := start[: begin.start()].removeprefix(b"\xef\xbb\xbf")).strip():
+        return start
+    builder.skipped = before.count(b"\n")
+    lines = before.decode("utf-8", errors="replace").splitlines()
+    builder.remarks += [line.strip() for line in lines if line.strip()]
+    return start[begin.start() :]

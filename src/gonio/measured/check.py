@@ -6,7 +6,18 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
-from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS, flatten, in_use
+from gonio.measured.dataset import (
+    ABSOLUTE,
+    ANGLES,
+    DIRECTIONS,
+    HORIZON,
+    RELATIVE,
+    SETS,
+    flatten,
+    in_use,
+    is_in_plane,
+    signed_theta_r,
+)
 from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
@@ -14,6 +25,7 @@ from gonio.units import unit_label
 USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
 OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
 RADIANS = 1.5708  # the quarter of a circle in radians; a scan in degrees whose angles all stay below is a strange one
+STEEP, NEAR = 15.0, 5.0  # deg: incidence at which the two sides are apart, and how near to a direction a lobe lies
 FEW = 5  # angles from which nothing can be concluded
 ALIKE = 0.75  # of two names: how alike a column's name is to one that gonio uses, before a slip is suspected
 
@@ -50,7 +62,7 @@ def check(scan: xr.Dataset) -> list[Finding]:
         return [Finding(Severity.NOTE, what, "gonio fit-stack fits each")]
     flat = flatten(scan)
     found = [*_units(flat), *_angles(flat), *_values(flat), *_uncertainties(flat), *_misspelt(flat)]
-    found += [*_duplicates(flat, flat is not scan), *_coverage(flat)]
+    found += [*_duplicates(flat, flat is not scan), *_coverage(flat), *_turned_round(flat)]
     order = list(Severity)
     return sorted(found, key=lambda finding: order.index(finding.severity))
 
@@ -172,6 +184,28 @@ def _coverage(scan: xr.Dataset) -> list[Finding]:
         return []
     what = f"one incidence angle only, {incidences[0]:g} deg"
     remedy = "a fit says nothing about other incidence angles; measure at two or more"
+    return [Finding(Severity.WARNING, what, remedy)]
+
+
+def _turned_round(scan: xr.Dataset) -> list[Finding]:
+    """A lobe that lies at -theta_i at every incidence angle: the sign of theta_r may count the other way."""
+    rows = np.flatnonzero(in_use(scan) & is_in_plane(scan))
+    theta_i, values = scan["theta_i"].values[rows], scan["brdf"].values[rows]
+    signed = signed_theta_r(scan.isel(direction=rows))
+    peaks = []
+    for angle in np.unique(theta_i[theta_i >= STEEP]):
+        here = theta_i == angle
+        if signed[here].min() <= NEAR - angle and signed[here].max() >= angle - NEAR:  # both sides were measured
+            peaks.append((angle, float(signed[here][int(np.argmax(values[here]))])))
+    if len(peaks) < 2 or not all(abs(peak + angle) <= NEAR for angle, peak in peaks):
+        return []
+    what = (
+        f"the largest value lies in the backscatter direction, theta_r = -theta_i, at all {len(peaks)} incidence angles"
+    )
+    remedy = (
+        "positive theta_r (phi 180) is the forward side here: if the file counts the other way, change the sign of "
+        "theta_r; a retroreflector looks the same"
+    )
     return [Finding(Severity.WARNING, what, remedy)]
 
 

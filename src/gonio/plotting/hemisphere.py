@@ -44,9 +44,10 @@ def hemisphere(
         top = max(float(v.max()) for v in views.values())
         for k, (name, view) in enumerate(views.items()):
             ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
-            most = top if one_scale else float(view.max())
-            least = float(view[view > 0].min())
-            norm = LogNorm(max(least, most / 1e6), most) if logarithmic else Normalize(0.0, most)
+            positive = view[view > 0]
+            most = max(top if one_scale else float(view.max()), 0.0) or 1.0  # any scale where nothing is reflected
+            least = max(float(positive.min(initial=most)), most / 1e6)
+            norm = LogNorm(least, most) if logarithmic and positive.size else Normalize(0.0, most)
             mesh = ax.pcolormesh(
                 np.radians(azimuth - 180.0),
                 distance,

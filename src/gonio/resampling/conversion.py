@@ -146,6 +146,8 @@ def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, li
     Where the format has no monochrome files, the values stand in each of its channels, which the history says.
     """
     holds, left_out = target.holds, []
+    if holds.alone:
+        return _stored_alone(scan, holds.alone)
     if not holds.channels:
         return scan, []
     if "channel" in scan.coords:
@@ -163,6 +165,17 @@ def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, li
         return scan, left_out
     group = holds.channels[0]
     scan = add_history(_in_each(scan, group), f"the values stand in {', '.join(group)} alike")
+    return scan, left_out
+
+
+def _stored_alone(scan: xr.Dataset, name: str) -> tuple[xr.Dataset, list[str]]:
+    """The scan without its one wavelength or channel, which the format stores under another name."""
+    spectral = {n: np.unique(scan[n].values) for n in dataset.SPECTRAL if n in scan.coords}
+    if not spectral or any(values.size > 1 for values in spectral.values()):
+        return scan, []
+    left_out = [f"{n} {v[0]}, stored as {name}" for n, v in spectral.items() if str(v[0]) != name]
+    for n in spectral:
+        scan = scan.isel({n: 0}, drop=True) if n in scan.dims else scan.drop_vars(n)
     return scan, left_out
 
 

@@ -87,6 +87,22 @@ class Difference:
         return float(ratio.max()) if np.isfinite(ratio).any() else math.nan
 
     @property
+    def largest_absolute(self) -> float:
+        """The largest difference (n,) in the unit of both, values that are zero in the reference included."""
+        return float(np.abs(self.error).max()) if self.count else math.nan
+
+    @property
+    def where_absolute(self) -> dict[str, float]:
+        """The direction of the largest difference, {} without a common direction [deg]."""
+        row = int(np.argmax(np.abs(self.error))) if self.count else -1
+        return {a: float(self.points[a].values[row]) for a in ANGLES} if row >= 0 else {}
+
+    @property
+    def without_ratio(self) -> int:
+        """At how many directions the reference is zero and the other is not, so that no relative difference is."""
+        return int(((self.points["brdf"].values == 0) & (self.error != 0)).sum())
+
+    @property
     def where(self) -> dict[str, float]:
         """The direction of the largest relative difference, {} without a common direction [deg]."""
         row = int(np.argmax(self._ratio)) if self.points.sizes["direction"] else -1
@@ -115,13 +131,16 @@ def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
     """`other` at the directions of `reference`: as measured where it has them, else interpolated.
 
     Values of the reference that are masked or missing take no part. Sets are matched by the coordinates that both name
-    (wavelength, channel, ..); a coordinate that only one of the two names is ignored. Raises ValueError for units that
-    differ, for a set of the reference that the other has no match for or several, and for a reference without a value.
+    (wavelength, channel, ..); a coordinate that only one of the two names is ignored, but for the mode: what names none
+    is of reflection, and is compared with the reflection of what has both. Raises ValueError for units that differ, for
+    a set of the reference that the other has no match for or several, for reflection against transmission, and for a
+    reference without a value.
     """
     if (unit := dataset.unit(reference)) != (other_unit := dataset.unit(other)):
         raise ValueError(
             f"one is in {unit} and the other in {other_unit}: relative data cannot be compared with absolute ones"
         )
+    other, reference = _of_one_mode(other, reference), _of_one_mode(reference, other)
     if _on_one_grid(other, reference):
         dims = reference["brdf"].dims
         values = other["brdf"].transpose(*dims).values
@@ -133,6 +152,15 @@ def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
     # Solid angles are those of all the reference's directions: what the other lacks does not add to its neighbours.
     finite = np.isfinite(joined["other"].values)
     return Difference(joined.isel(direction=np.flatnonzero(finite)), int((~finite).sum()))
+
+
+def _of_one_mode(scan: xr.Dataset, against: xr.Dataset) -> xr.Dataset:
+    """The reflection of a scan that says its mode, where the one that it is compared with says none."""
+    if "mode" not in scan.coords or "mode" in against.coords:
+        return scan
+    if "reflection" not in set(scan["mode"].values.ravel().tolist()):
+        raise ValueError("one is of transmission, and the other says no mode, which is reflection")
+    return dataset.select(scan, {"mode": "reflection"})
 
 
 def _on_one_grid(other: xr.Dataset, reference: xr.Dataset) -> bool:

@@ -29,6 +29,9 @@ def record(found: Difference, a: str, b: str) -> dict[str, Any]:
         "bias": found.bias,
         "largest": found.largest,
         "where": found.where,
+        "largest_absolute": found.largest_absolute,
+        "where_absolute": found.where_absolute,
+        "without_ratio": found.without_ratio,
         "metrics": metrics(found.points, found.points["other"].values),
         "by": list(by_incidence(found)),
     }
@@ -55,13 +58,19 @@ def tables(found: Difference, a: str, b: str) -> Iterator[Any]:
     yield f"{found.count} directions: {found.exact} measured in both, {found.count - found.exact} interpolated in {a}"
     if found.missing:
         yield f"{found.missing} directions of {b} lie outside {a} and are left out"
-    where = ", ".join(f"{name} {value:g}" for name, value in found.where.items())
+    if found.without_ratio:
+        yield (
+            f"at {found.without_ratio} of them {b} is zero and {a} is not: these have no relative difference, and "
+            "take no part in the largest relative one, delta and lg RMSE"
+        )
     whole = table("", "")
     whole.show_header = False
     whole.add_row("rms difference, by solid angle", _percent(found.rms))
     whole.add_row(f"the same within {STEEP:g} deg of the normal", _percent(found.rms_steep))
     whole.add_row("bias, by solid angle", _percent(found.bias))
-    whole.add_row(f"largest, at {where} deg", _percent(found.largest))
+    whole.add_row(f"largest relative, at {_place(found.where)}", _percent(found.largest))
+    unit = unit_label(dataset.unit(found.points))
+    whole.add_row(f"largest, at {_place(found.where_absolute)}", f"{figure(found.largest_absolute)} {unit}")
     for name, value in metrics(found.points, found.points["other"].values).items():
         whole.add_row(f"{METRICS[name].title}, {METRICS[name].brief}", figure(value))
     yield whole
@@ -74,6 +83,10 @@ def tables(found: Difference, a: str, b: str) -> Iterator[Any]:
     yield parts
     if len(rows) > MOST_ROWS:
         yield f"and {len(rows) - MOST_ROWS} more; --json has them all"
+
+
+def _place(direction: dict[str, float]) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in direction.items()) + " deg"
 
 
 def _percent(value: float) -> str:

@@ -13,7 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.geometry import Geometry
 from gonio.measured.distinct import combined, distinct, first_of
+from gonio.model import Model
 
 Places = npt.NDArray[np.intp]
 
@@ -119,3 +121,29 @@ def held_values(
             f"{name} is {grouping} and held for {', '.join(held)}: there is none for {missing[0] or 'all'}"
         )
     return tuple(float(held[label]) for label in labels)
+
+
+SOMEWHERE = (30.0, 40.0, 170.0)  # deg; directions at which every model has a value
+
+
+def refuse_bounds(name: str, bounds: tuple[float, float], is_held: bool, model: Model) -> None:
+    """ValueError for bounds between which nothing can be searched, or which reach where the model has no value."""
+    lower, upper = bounds
+    if not lower <= upper:
+        raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
+    if lower == upper and not is_held:
+        raise ValueError(f"the bounds of {name} leave one value, {lower:g}: hold it there instead")
+    if name in model.shape and not _has_value(model, name, lower):
+        raise ValueError(f"the bounds of {name} begin at {lower:g}, where {model.name} has no value: begin above")
+
+
+def _has_value(model: Model, name: str, value: float) -> bool:
+    """Whether a model is defined for a shape value: a width of zero, for one, is a division by zero."""
+    declared = model.shape[name]
+    if declared.lower <= value <= declared.upper:
+        return True
+    if value < 0 <= declared.lower:
+        return False
+    with np.errstate(all="ignore"):
+        terms = model.basis(Geometry.from_degrees(*SOMEWHERE), {name: value}).values()
+    return all(bool(np.isfinite(term).all()) for term in terms)

@@ -22,7 +22,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.objective.axes import Axes
-from gonio.fitting.objective.entries import Entry, Places, group_label, groups, held_values
+from gonio.fitting.objective.entries import Entry, Places, group_label, groups, held_values, refuse_bounds
 from gonio.fitting.objective.from_scan import answered
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.smooth import Smooth, declared, penalty_rows
@@ -176,13 +176,7 @@ class Problem(ProblemOptions):
         for value in held or ():
             if not is_weight and not lower <= value <= upper:
                 raise ValueError(f"{name} is held at {value:g}, outside its bounds {lower:g} to {upper:g}")
-        if not lower <= upper:
-            raise ValueError(f"the bounds of {name} are the wrong way round: {lower:g} to {upper:g}")
-        if lower == upper and held is None:
-            raise ValueError(f"the bounds of {name} leave one value, {lower:g}: hold it there instead")
-        if not is_weight and not self.model.shape[name].allows(lower):
-            kind = "is not negative" if self.model.shape[name].lower == 0 else "is above zero"
-            raise ValueError(f"the bounds of {name} begin at {lower:g}, and it {kind}")
+        refuse_bounds(name, (lower, upper), held is not None, self.model)
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
     def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:

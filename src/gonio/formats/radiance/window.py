@@ -283,5 +283,5 @@ FORMAT = Format(
     write=_write,
     layout=_layout,
     evaluate=evaluate,
-    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength")),
+    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength"), alone="Visible"),
 )

@@ -45,13 +45,14 @@ from gonio.formats.speos.tables import (
 from gonio.measured.dataset import ABSOLUTE, RELATIVE
 
 TITLE = "Speos anisotropic BSDF"
-VERSIONS = ("7.0", "8.0")
+VERSIONS = ("7.0", "8.0")  # the last one is written
+LATER = ("9.0", "10.0", "11", "11.0")  # with the same rows in text mode; 11 was seen, as pyspeos has it
 HALF_TURN = 180.0
 _HEADER = re.compile(rb"(\xef\xbb\xbf)?\s*optis - anisotropic bsdf surface file v(?!1\.0\b)", re.IGNORECASE)
 
 
 def _read(path: Path) -> xr.Dataset:
-    rows, provenance = opened(path, "anisotropic bsdf", VERSIONS, lambda text: len(text.split()) == 3)
+    rows, provenance = opened(path, "anisotropic bsdf", (*VERSIONS, *LATER), lambda text: len(text.split()) == 3)
     vector = in_words(rows.numbers("the anisotropy vector", 3))
     provenance += [VECTOR + vector] if vector != DEFAULT_VECTOR else []
     flags = rows.flags("the flag of reflection", "the flag of transmission")

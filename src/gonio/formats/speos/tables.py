@@ -129,9 +129,7 @@ def opened(
         raise rows.wrong(f"is no header of the form 'OPTIS - {name} surface file v{versions[-1]}'")
     if header[1] not in versions:
         known = " and ".join(versions)
-        raise rows.wrong(
-            f"is version {clip(header[1])!r}: gonio reads {known}; save the file with a current BSDF viewer"
-        )
+        raise rows.wrong(f"is version {clip(header[1])!r}: gonio reads {known}: save it as one of these")
     if rows.flags("the mode, 0 for text")[0]:
         raise rows.wrong("is in binary mode: save it as text with the BSDF viewer")
     comment = rows.text("the comment").strip()

@@ -141,7 +141,7 @@ def test_09_one_wavelength_is_stored_as_the_block_that_radiance_reads(shared_cas
 
 
 def test_31_a_matrix_has_what_pywincalc_requires(shared_cases, tmp_path):
-    """pyWinCalc 3.3.1 reads this file; it raised without each of these four."""
+    """PyWinCalc 3.3.1 reads this file; it raised without each of these four."""
     done = convert(read(shared_cases / "31-window-xml-pywincalc" / "lambert.csv"), tmp_path / "k.xml", "radiance")
     text = done.path.read_text(encoding="utf-8")
     for element in (

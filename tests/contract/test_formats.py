@@ -169,7 +169,10 @@ def test_a_plain_scan_goes_into_every_format(kind, tmp_path):
         assert in_words(difference(done.scan, plain_scan())) in done.scan.attrs["history"]
         # Formats of f cos(theta_r) cannot say f on the horizon itself.
         above = done.scan.assign(brdf=done.scan["brdf"].where(done.scan["theta_r"] < 89.9).assign_attrs(units="sr-1"))
-        written = difference(read(done.path), above)
+        again = read(done.path)
+        if kind.name.endswith("transmission"):
+            again = again.drop_vars("mode")  # of which a plain scan says nothing
+        written = difference(again, above)
         assert written.missing == 0
         assert written.largest < 1e-6  # single precision
 

@@ -77,8 +77,17 @@ def convert(
         if (unit := dataset.unit(written)) != dataset.unit(reduced):
             left_out.append(f"the unit: the file reads as {unit}")
             reduced = reduced.assign(brdf=reduced["brdf"].assign_attrs(units=unit))
-        error = difference(written, reduced)
+        error = difference(written, _with_mode_of(written, reduced))
     return Conversion(Path(path), target, ready, tuple(left_out), error)
+
+
+def _with_mode_of(written: xr.Dataset, scan: xr.Dataset) -> xr.Dataset:
+    """The scan with the mode of a file of one mode, which is left out of what such a file stores."""
+    modes = np.unique(written["mode"].values) if "mode" in written.coords else np.empty(0)
+    if "mode" in scan.coords or modes.size != 1:
+        return scan
+    flat = scan["brdf"].dims == ("direction",)
+    return scan.assign_coords(mode=("direction", np.full(scan.sizes["direction"], modes[0])) if flat else modes[0])
 
 
 def in_words(error: Difference) -> str:

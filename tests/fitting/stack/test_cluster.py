@@ -88,7 +88,7 @@ def test_a_client_without_the_key_of_the_run_is_refused(cluster):
     address = cluster.client.scheduler.address
     assert address.startswith("tls://127.0.0.1")
     for stranger in (address, address.replace("tls", "tcp")):
-        with pytest.raises((OSError, TypeError)), Client(stranger, timeout=2):
+        with pytest.raises((OSError, TypeError)), Client(stranger, timeout=2, set_as_default=False):
             pass
 
 

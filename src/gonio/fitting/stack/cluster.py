@@ -100,7 +100,7 @@ def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()
             client = stack.enter_context(_remote_client(scheduler))
         else:
             local = stack.enter_context(_local_cluster(workers or cores(), preload))
-            client = stack.enter_context(distributed.Client(local))
+            client = stack.enter_context(distributed.Client(local, set_as_default=False))
         yield Cluster(client, _dashboard(client), is_local=not scheduler)
 
 
@@ -157,7 +157,8 @@ def _remote_client(scheduler: str) -> Iterator[Any]:
     from distributed import Client
 
     try:
-        client = Client(scheduler, timeout=PATIENCE)
+        # Not the default of Dask: a client that cannot connect stays the default, and arrays could not be stored then.
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
         reason = " ".join(str(error).split())[:120]
         raise ValueError(f"no scheduler answers at {scheduler} ({reason}): start one by `dask scheduler`") from None
@@ -196,7 +197,7 @@ def _fit_blocks(client: Any, run: Run) -> Iterator[Record]:
 
     pending, failed, resubmitted = iter(run.todo), dict[int, str](), Counter[int]()
     tasks: dict[Any, int] = {}
-    completed = as_completed()
+    completed = as_completed(loop=client.loop)
 
     def submit(block: int) -> None:
         # A pure task is named by its arguments: a block submitted again would be given its own failed task.

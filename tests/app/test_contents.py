@@ -91,3 +91,13 @@ def test_numbers_that_cannot_be_rounded_are_shown_as_they_are(run, tmp_path):
     code, text, err = run("info", path)
     assert (code, err) == (0, "")
     assert "1e+308" in text
+
+
+def test_a_remark_of_a_million_characters_is_cut(run, tmp_path):
+    path = tmp_path / "scan.csv"
+    rows = "theta_i_deg,theta_r_deg,brdf_sr-1\n10,20,0.1\n30,20,0.2\n"
+    path.write_text(f"# {'x' * 50_000}\n{rows}", encoding="utf-8")
+    out = run("info", path)[1]
+    assert len(out) < 3000
+    assert "and 49000 more characters; --json has them all" in " ".join(out.split())
+    assert len(json.loads(run("info", path, "--json", "-")[1])["provenance"][0]) == 50_000

@@ -16,7 +16,7 @@ from gonio.measured.half_width import half_widths
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
-MOST_LINES = 40  # of a file's own remarks
+MOST_LINES, LONGEST = 40, 1000  # of a file's own remarks: lines, and characters of one
 MOST_POINTS, MOST_CURVES = 100_000, 1_000  # of a scan whose curves are read for their half widths
 
 
@@ -103,7 +103,8 @@ def lines(record: dict[str, Any]) -> Iterator[Any]:
     yield strong(record["file"], f": {record['format']}, {record['quantity']} [{unit_label(record['unit'])}]")
     yield _facts(record)
     for line in record["provenance"][:MOST_LINES]:
-        yield faint(f"# {line}")
+        more = f" .. and {len(line) - LONGEST} more characters; --json has them all" if len(line) > LONGEST else ""
+        yield faint(f"# {line[:LONGEST]}{more}")
     if len(record["provenance"]) > MOST_LINES:
         yield faint(f"# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all")
     for finding in record["checks"]:

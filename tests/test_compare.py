@@ -1,13 +1,16 @@
 """Metrics against their definitions, and the ranking."""
 
 import itertools
+import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gonio import catalogue
-from gonio.comparison.metrics import METRICS, at_specular, metrics, metrics_by_incidence
+from gonio.app.views import ranking
+from gonio.comparison.metrics import METRICS, Judged, at_specular, judged, least, metrics, metrics_by_incidence
 from gonio.comparison.ranking import TIE, _ordered, compare, drop, reference_errors
 from gonio.measured.dataset import make_scan
 
@@ -38,6 +41,63 @@ def test_each_curve_is_normalised_by_its_own_value():
     """A model that is twice the data everywhere has the same normalised curve."""
     scan = simple()
     assert metrics(scan, 2 * scan["brdf"].values)["nrmse"] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_every_model_is_judged_at_the_same_points():
+    """A logarithm of zero or of a negative value is no way out of a ranking, and one of 1e-300 is no verdict."""
+    scan = simple()
+    measured = scan["brdf"].values
+    assert least(scan) == pytest.approx(0.1)  # a tenth of the least measured value
+    errors = []
+    for wing in (-1.0, 0.0, 1e-300, 0.1):
+        modelled = np.where(measured == 1, wing, measured)
+        found = metrics(scan, modelled)
+        errors.append(found["log10_rmse"])
+        assert judged(scan, modelled) == Judged(8, 0, least(scan), 3 if wing < 0.1 else 0)
+    assert errors == pytest.approx([math.sqrt(3 / 8)] * 4)  # one decade at three of eight points
+    # values measured as zero or below are left out for every model, and are counted
+    scan["brdf"][:2] = [0.0, -1.0]
+    modelled = np.full(8, 2.0)
+    assert judged(scan, modelled).not_positive == 2
+    assert metrics(scan, modelled)["log10_rmse"] == pytest.approx(np.sqrt(np.mean(np.log10(2 / measured[2:]) ** 2)))
+    # a prediction that is no number has no error; it does not leave its points out
+    assert math.isnan(metrics(scan, np.where(measured == 5, np.nan, modelled))["log10_rmse"])
+
+
+def test_a_model_that_is_zero_at_the_specular_angle_is_judged_there():
+    scan = simple()
+    measured = scan["brdf"].values
+    for value in (0.0, -1.0):
+        modelled = np.where(np.isclose(measured, 4), value, measured)
+        assert metrics(scan, modelled)["nrmse"] > 5
+
+
+def test_parts_share_the_floor_of_the_scan():
+    """A part of a scan, left out or of one incidence angle, is judged by the same floor as the whole."""
+    scan = simple()
+    scan["brdf"][4:] *= 100
+    modelled = np.where(np.arange(8) < 4, scan["brdf"].values, 0.0)
+    expected = np.sqrt(np.mean(np.log10(least(scan) / scan["brdf"].values[4:]) ** 2))
+    assert metrics_by_incidence(scan, modelled)[60.0]["log10_rmse"] == pytest.approx(expected)
+
+
+def test_a_ranking_states_what_its_metric_left_out():
+    """hapke, fitted without some blocks of a steep lobe, is below zero in them: it is judged there all the same."""
+    theta_r, theta_i = np.tile(np.linspace(-75, 75, 61), 3), np.repeat([10.0, 40.0, 65.0], 61)
+    scan = make_scan(
+        theta_i, theta_r, 0.01 + 5 * np.exp(-((theta_r - theta_i) ** 2) / 20) / np.cos(np.radians(theta_i))
+    )
+    rows = compare(scan, [catalogue[n] for n in ("lambert", "hapke", "phong")], left_out="5")
+    for counts in ([row.judged for row in rows], [row.judged_left_out for row in rows]):
+        assert {(one.points, one.not_positive) for one in counts} == {(183, 0)}
+    floored = {row.model.name: row.judged_left_out.floored for row in rows}
+    assert floored["hapke"] > 0
+    assert floored["phong"] == floored["lambert"] == 0
+    told = {one["model"]: one["lg_rmse_points_left_out"] for one in ranking.record(Path("scan.csv"), rows)["ranking"]}
+    assert {name: one["floored"] for name, one in told.items()} == floored
+    shown = ranking.ranking_table("scan", rows)
+    assert list(next(c for c in shown.columns if c.header == "floored").cells) == [str(n) for n in floored.values()]
+    assert "lg RMSE takes models below 0.001 sr⁻¹ as that: floored" in shown.caption
 
 
 def test_what_the_data_do_not_allow_is_nan():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from gonio.comparison.metrics import metrics, metrics_by_incidence
+from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
 from gonio.fitting.certainty.hold_out import predictions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
@@ -22,20 +22,24 @@ VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
 class Row:
     """One fit of one scan, and how good it is: a row of a ranking.
 
-    metrics: over all points in use, by name of METRICS. by_incidence: the same for each incidence angle [deg]. aicc,
+    metrics: over all points in use, by name of METRICS. judged: how many of them lg RMSE leaves out or floors.
+    by_incidence: the same for each incidence angle [deg]. aicc,
     bic: information criteria. farthest: largest theta_r [deg] of the scan. validated: metrics over the points that were
-    left out, and by_fold: lg RMSE of each left-out part; both empty where nothing was left out.
+    left out, and by_fold: lg RMSE of each left-out part; both empty where nothing was left out. judged_left_out: as
+    judged, of the points that were left out.
     """
 
     solution: Solution
     free_parameters: int
     metrics: Mapping[str, float]
+    judged: Judged
     by_incidence: Mapping[float, Mapping[str, float]]
     aicc: float
     bic: float
     farthest: float
     validated: Mapping[str, float] = field(default_factory=dict)
     by_fold: Mapping[str, float] = field(default_factory=dict)
+    judged_left_out: Judged | None = None
 
     @property
     def model(self) -> Model:
@@ -62,6 +66,7 @@ def assess(problem: Problem, solution: Solution) -> Row:
         solution,
         len(problem.names),
         metrics(problem.points, modelled, weights),
+        judged(problem.points, modelled),
         metrics_by_incidence(problem.points, modelled),
         *information_criteria(squares, len(problem.measured), solution.effective_values),
         float(problem.points["theta_r"].max()),
@@ -85,26 +90,40 @@ def validate(problem: Problem, row: Row, by: str) -> Row:
     """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
 
     by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all
-    left-out points, `by_fold` lg RMSE of each part. Raises ValueError where a part cannot be predicted.
+    left-out points, `by_fold` lg RMSE of each part, with the floor of the whole scan. Raises
+    ValueError where a part cannot be predicted.
     """
     modelled, parts = predictions(problem, row.solution, by)
-    predicted = np.flatnonzero(np.isfinite(modelled))
-    left_out = metrics(problem.points.isel(direction=predicted), modelled[predicted])
+    # not where the prediction is finite: every model answers for the same points
+    rows = np.flatnonzero(np.logical_or.reduce([part for _, part in parts]))
+    floor, left_out = least(problem.points), problem.points.isel(direction=rows)
+    validated = metrics(left_out, modelled[rows], floor=floor)
     by_fold = {}
     for name, part in parts:
-        rows = np.flatnonzero(part)
-        by_fold[name] = metrics(problem.points.isel(direction=rows), modelled[rows])["log10_rmse"]
-    return replace(row, validated={name: left_out[name] for name in VALIDATED}, by_fold=by_fold)
+        points = problem.points.isel(direction=np.flatnonzero(part))
+        by_fold[name] = metrics(points, modelled[part], floor=floor)["log10_rmse"]
+    return replace(
+        row,
+        validated={name: validated[name] for name in VALIDATED},
+        by_fold=by_fold,
+        judged_left_out=judged(left_out, modelled[rows], floor),
+    )
+
+
+def scored_parts(row: Row) -> list[str]:
+    """The left-out parts that have an lg RMSE: one without any positive measurement has none, for no model."""
+    return [name for name, error in row.by_fold.items() if not math.isnan(error)]
 
 
 def behind(row: Row, best: Row) -> tuple[float, float]:
     """By how much a model's left-out lg RMSE exceeds the best one's: mean over the parts and its standard error.
 
-    NaN for the error with fewer than two parts. `alike` says whether the difference means anything.
+    NaN for the error with fewer than two parts, and for both where a model predicts no number somewhere. `alike`
+    says whether the difference means anything.
     """
-    differences = np.array([row.by_fold[name] - error for name, error in best.by_fold.items()])
-    if differences.size < 2:
-        return float(np.mean(differences)), math.nan
+    differences = np.array([row.by_fold[name] - best.by_fold[name] for name in scored_parts(best)])
+    if differences.size < 2 or not np.isfinite(differences).all():
+        return float(np.mean(differences)) if differences.size else math.nan, math.nan
     return float(np.mean(differences)), float(np.std(differences, ddof=1) / math.sqrt(differences.size))
 
 
@@ -116,7 +135,7 @@ def alike(row: Row, best: Row) -> bool | None:
     """
     from scipy.stats import t
 
-    parts = len(best.by_fold)
+    parts = len(scored_parts(best))
     if parts < FEWEST_PARTS:
         return None
     mean, error = behind(row, best)

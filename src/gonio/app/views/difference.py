@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from gonio.app.output import figure, strong, table
-from gonio.comparison.metrics import METRICS, metrics
+from gonio.app.views.judged import judged_lines, judged_record
+from gonio.comparison.metrics import METRICS, judged, metrics
 from gonio.measured import dataset
 from gonio.resampling.difference import STEEP, Difference
 from gonio.units import unit_label
@@ -33,6 +34,7 @@ def record(found: Difference, a: str, b: str) -> dict[str, Any]:
         "where_absolute": found.where_absolute,
         "without_ratio": found.without_ratio,
         "metrics": metrics(found.points, found.points["other"].values),
+        "lg_rmse_points": judged_record(judged(found.points, found.points["other"].values)),
         "by": list(by_incidence(found)),
     }
 
@@ -61,7 +63,7 @@ def tables(found: Difference, a: str, b: str) -> Iterator[Any]:
     if found.without_ratio:
         yield (
             f"at {found.without_ratio} of them {b} is zero and {a} is not: these have no relative difference, and "
-            "take no part in the largest relative one, delta and lg RMSE"
+            "take no part in the largest relative one and delta"
         )
     whole = table("", "")
     whole.show_header = False
@@ -74,6 +76,7 @@ def tables(found: Difference, a: str, b: str) -> Iterator[Any]:
     for name, value in metrics(found.points, found.points["other"].values).items():
         whole.add_row(f"{METRICS[name].title}, {METRICS[name].brief}", figure(value))
     yield whole
+    yield from judged_lines([judged(found.points, found.points["other"].values)], dataset.unit(found.points))
     rows = list(by_incidence(found))
     names = [n for n in rows[0] if n not in ("directions", "rms", "bias", "largest")]
     parts = table(*(f"{n} [deg]" if n == "theta_i" else n for n in names), "directions", "rms", "bias", "largest")

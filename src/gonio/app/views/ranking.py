@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import figure, table
 from gonio.app.views.fit import provisos
+from gonio.app.views.judged import judged_lines, judged_record
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -23,13 +24,15 @@ def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
         return _validated_table(scan, rows)
     references = reference_errors(rows)
     heads = [metric.title for metric in METRICS.values()]
-    out = table("model", "", "free", *heads, *(f"vs {name}" for name in references), title=scan)
+    floored = ["floored"] if any(row.judged.floored for row in rows) else []
+    out = table("model", "", "free", *heads, *floored, *(f"vs {name}" for name in references), title=scan)
     for row in rows:
         own = row.metrics["nrmse"]
         drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
         found = (figure(row.metrics[name]) for name in METRICS)
-        out.add_row(row.model.name, mark(row), _count(row), *found, *drops)
-    out.caption, out.caption_justify = "\n".join(_marks_in_words(rows)), "left"
+        out.add_row(row.model.name, mark(row), _count(row), *found, *(str(row.judged.floored) for _ in floored), *drops)
+    counted = judged_lines([row.judged for row in rows], rows[0].solution.unit)
+    out.caption, out.caption_justify = "\n".join([*_marks_in_words(rows), *counted]), "left"
     return out
 
 
@@ -49,32 +52,43 @@ def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
 
 def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models by their error where they were not shown the measurement, and which differences mean something."""
-    from gonio.comparison.assessment import FEWEST_PARTS, alike, behind
+    from gonio.comparison.assessment import FEWEST_PARTS, alike, behind, scored_parts
 
-    out = table("model", "", "free", "fitted", "left out", "behind", "AICc", "BIC", title=f"{scan}, lg RMSE")
-    for row in rows:
+    counts = [row.judged_left_out or row.judged for row in rows]
+    floored = ["floored"] if any(one.floored for one in counts) else []
+    heads = ("free", "fitted", "left out", *floored, "behind", "AICc", "BIC")
+    out = table("model", "", *heads, title=f"{scan}, lg RMSE")
+    for row, count in zip(rows, counts, strict=True):
         mean, error = behind(row, rows[0])
         if row is rows[0]:
             apart = "–"
         else:
-            apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else f"{mean:.4f}"
+            apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else _four(mean)
             apart += " ≈" if alike(row, rows[0]) else "  "
         errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
         out.add_row(
             row.model.name,
             mark(row),
             _count(row),
-            *(f"{error:.4f}" if math.isfinite(error) else "–" for error in errors),
+            *map(_four, errors),
+            *(str(count.floored) for _ in floored),
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
         )
-    parts = len(rows[0].by_fold)
+    parts = len(scored_parts(rows[0]))
     of_parts = f"{parts} part{'s' * (parts != 1)}"
     few = f"{of_parts}, too few to say which are alike"
     meaning = "behind the first: mean over parts ± standard error"
     told = few if parts < FEWEST_PARTS else f"≈ alike, by Student's t over {of_parts} (95 %)"
-    out.caption, out.caption_justify = "\n".join([meaning, told, *_marks_in_words(rows)]), "left"
+    out.caption, out.caption_justify = (
+        "\n".join([meaning, told, *_marks_in_words(rows), *judged_lines(counts, rows[0].solution.unit)]),
+        "left",
+    )
     return out
+
+
+def _four(value: float) -> str:
+    return f"{value:.4f}" if math.isfinite(value) else "–"
 
 
 def _count(row: "Row") -> str:
@@ -113,9 +127,11 @@ def record(path: Path, rows: Sequence["Row"]) -> dict[str, Any]:
             "status": str(row.solution.status),
             "instrument": provisos.instrument_record(row.solution),
             "metrics": dict(row.metrics),
+            "lg_rmse_points": judged_record(row.judged),
             "aicc": row.aicc,
             "bic": row.bic,
             "validated": dict(row.validated),
+            "lg_rmse_points_left_out": judged_record(row.judged_left_out) if row.judged_left_out else {},
             "by_fold": dict(row.by_fold),
             "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
         }

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import LEVEL, figure, strong, table, uncertain
 from gonio.app.views.fit import provisos, values
+from gonio.app.views.judged import judged_lines, judged_record
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -35,6 +36,7 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
         "parameters": row.solution.parameters(),
         "intervals": {"level": LEVEL} | {n: list(ends) for n, ends in row.solution.intervals(LEVEL).items()},
         "metrics": dict(row.metrics),
+        "lg_rmse_points": judged_record(row.judged),
         "aicc": row.aicc,
         "bic": row.bic,
         "effective_values": row.effective_values,
@@ -92,3 +94,4 @@ def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") 
     yield from provisos.outlier_lines(scrutiny)
     yield from certainty.tables()
     yield metrics_table(row.metrics)
+    yield from judged_lines([row.judged], solution.unit)

@@ -102,13 +102,24 @@ def test_reduce_raw_sheets_into_the_published_table(run, shared, tmp_path):
     out = tmp_path / "ec1.csv"
     code, text, err = run(
         "reduce", sheets / "ANOPLATE_AnoBlack_EC1_Alum6061_v1o0_20251115.xls",
-        "--blank", sheets / "blank_v2o0_20250911.xls", "--out", out,
+        "--blank", sheets / "blank_v2o0_20250911.xls", "--subtract-floor", "--mirror", "--out", out,
     )  # fmt: skip
     assert code == 0, err
     assert "1144 directions" in " ".join(text.split())
     record = as_json(run, "diff", out, shared / "files/fred/AnoBlackEC1onAlum.txt")
     assert record["measured_in_both"] == 1144
     assert record["rms"] < 1e-4  # FRED's table has six decimals of values about 0.03
+
+
+def test_reduce_says_how_each_sheet_lay(run, scan_file, tmp_path):
+    out = tmp_path / "out.csv"
+    code, text, err = run("reduce", scan_file, scan_file, "--phi-i", "0,90", "--keep-floor", "--out", out)
+    assert code == 0, err
+    assert set(read(out)["phi_i"].values.tolist()) == {0, 90}
+    assert "no repeats to average" in text
+    code, _, err = run("reduce", scan_file, scan_file, "--phi-i", "0", "--out", out, "--force")
+    assert code == 1
+    assert "--phi-i names 1 angles for 2 files: give one for each" in err
 
 
 def test_diff_of_a_file_with_itself_and_with_another(run, scan_file, tmp_path):

@@ -8,6 +8,7 @@ import pytest
 from gonio import Problem, catalogue, check, compare, convert, fit, read, write
 from gonio.app.views.file import describe
 from gonio.files import FormatError
+from gonio.measured.reduction import reduce
 from gonio.plausibility import of_scan
 from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.style import save
@@ -111,6 +112,15 @@ def test_11_a_later_version_with_the_same_rows_is_read(shared_cases):
     folder = shared_cases / "11-speos-v11"
     later, known = read(folder / "v11.anisotropicbsdf"), read(folder / "v8.anisotropicbsdf")
     np.testing.assert_array_equal(later["brdf"].values, known["brdf"].values)
+
+
+def test_14_a_turned_surface_is_no_repeat(shared_cases):
+    scans = [read(shared_cases / "14-reduce-drops-phi_i" / f"turned{angle}.csv") for angle in (0, 90)]
+    reduced = reduce(scans)
+    there = (reduced["theta_i"].values == 10) & (reduced["theta_r"].values == 5)
+    values = set(zip(reduced["phi_i"].values[there].tolist(), reduced["brdf"].values[there].tolist(), strict=True))
+    assert values == {(0, 0.0205), (90, 0.0615)}
+    assert reduced["repeats"].values.max() == 1
 
 
 def test_15_a_sign_that_may_be_turned_is_asked_about(shared_cases):

@@ -133,6 +133,14 @@ def stokes(text: str) -> tuple[float, ...]:
     return parts
 
 
+def azimuths(text: str, count: int) -> list[float]:
+    """`0,90` as azimuths [deg] of so many files, one for each; no text is none."""
+    angles = [number(part, f"an angle of --phi-i {text!r}") for part in text.split(",") if part.strip()]
+    if angles and len(angles) != count:
+        raise ValueError(f"--phi-i names {len(angles)} angles for {count} files: give one for each, in their order")
+    return angles
+
+
 def incidence_angles(text: str) -> list[float]:
     """`30,60` as incidence angles [deg] below the horizon's 90."""
     angles = [number(part, f"an angle of --theta-i {text!r}") for part in text.split(",") if part.strip()]

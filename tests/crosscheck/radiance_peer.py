@@ -2,9 +2,9 @@
 
     python tests/crosscheck/radiance_peer.py     writes tests/reference/peers/radiance.json
 
-The files are those of radiance_files.py, asked at 1 000 random pairs of directions, and two files that Radiance's
-bsdf2klems and bsdf2ttree make of a formula, kept as text. Angles are hundredths of a degree, so that they are exact on
-either side, and no border of a patch is met by chance.
+The files are those of radiance_files.py, asked at 1 000 random pairs of directions, and files that Radiance's
+bsdf2klems and bsdf2ttree make of a formula, and bsdf2klems of that tree, kept as text. Angles are hundredths of a
+degree, so that they are exact on either side, and no border of a patch is met by chance.
 """
 
 import json
@@ -30,6 +30,7 @@ TOOLS = {
     "bsdf2klems": ("bsdf2klems", ["-q", "-n", "16", "+forward"], LOBE.format(skew="-0.2")),
     "bsdf2ttree": ("bsdf2ttree", ["-t3", "-g", "3", "-n", "64", "+forward"], LOBE.format(skew="")),
 }
+TREE_TO_KLEMS = ["-q", "-n", "1024"]  # so many samples a pair of patches
 
 
 def directions(random):
@@ -43,10 +44,19 @@ def directions(random):
 
 def tool_text(name):
     command, options, formula = TOOLS[name]
+    return run(command, *options, "-e", formula, "lobe")
+
+
+def tree_to_klems(tree):
+    with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+        file.write(tree)
+        file.flush()
+        return run("bsdf2klems", *TREE_TO_KLEMS, file.name)
+
+
+def run(command, *arguments):
     environment = os.environ | {"PATH": f"{ROOT / 'bin'}:{os.environ['PATH']}", "RAYPATH": str(ROOT / "lib")}
-    found = subprocess.run(
-        [ROOT / "bin" / command, *options, "-e", formula, "lobe"], env=environment, capture_output=True, check=True
-    )
+    found = subprocess.run([ROOT / "bin" / command, *arguments], env=environment, capture_output=True, check=True)
     return found.stdout.decode()
 
 
@@ -81,7 +91,8 @@ def main():
             "directions": "theta and phi of the incident direction, then of the outgoing one, in 0.001 deg",
         },
         {"directions": pairs} | {name: evaluate(text, pairs) for name, text in (texts | made).items()},
-        {name: {"command": TOOLS[name][1], "formula": TOOLS[name][2], "file": text} for name, text in made.items()},
+        {name: {"command": TOOLS[name][1], "formula": TOOLS[name][2], "file": text} for name, text in made.items()}
+        | {"tree2klems": {"command": TREE_TO_KLEMS, "of": "bsdf2ttree", "file": tree_to_klems(made["bsdf2ttree"])}},
     )
 
 

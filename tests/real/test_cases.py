@@ -8,10 +8,12 @@ import pytest
 from gonio import Problem, catalogue, check, compare, convert, fit, read, write
 from gonio.app.views.file import describe
 from gonio.files import FormatError
+from gonio.formats.radiance.klems import FULL
 from gonio.measured.reduction import reduce
 from gonio.plausibility import of_scan
 from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.style import save
+from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling, resample
 
@@ -75,6 +77,17 @@ def test_16_one_named_channel_is_monochrome(shared_cases, tmp_path, to, suffix):
     done = convert(visible, tmp_path / f"out{suffix}", to, filling=filling)
     assert "channel Visible" in done.left_out
     assert "channel" not in read(done.path).dims
+
+
+def test_06_a_tree_becomes_a_matrix_of_means(shared_cases, tmp_path):
+    """12.2231 in the cell of the incident one of 64, else 0.01: T = 12.2231 pi/64 + 0.01 x 63 pi/64 for every patch."""
+    done = convert(read(shared_cases / "06-tensortree-to-klems" / "tree.xml"), tmp_path / "k.xml", "radiance")
+    written = read(tmp_path / "k.xml")
+    squares = np.sin(np.radians(FULL.bounds)) ** 2
+    weights = np.repeat(np.pi * np.diff(squares) / FULL.counts, FULL.counts)
+    transmittance = written["brdf"].squeeze().transpose("incident", "outgoing").values @ weights
+    np.testing.assert_allclose(transmittance, (12.2231 + 0.63) * np.pi / 64, rtol=1e-9)
+    assert "against the means over their patches" in in_words(done.error, done.format)
 
 
 def test_08_the_patches_of_a_matrix_are_the_directions_of_one_scan(shared_cases, tmp_path):

@@ -18,11 +18,11 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.measured.distinct import distinct
+from gonio.resampling.difference import least_logarithm, log10_rmse
 
 Values = npt.NDArray[np.float64]
 
 MOST_INCIDENCES = 1000  # angles; a scan has tens
-FLOOR = 0.1  # of the least positive value measured: what a model's value below it counts as, in a logarithm
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,7 @@ class Judged:
 
 def least(points: xr.Dataset) -> float:
     """The floor of modelled values in a logarithm, in the unit of the flat scan; NaN without a positive value."""
-    measured = points["brdf"].values
-    positive = measured[measured > 0]
-    return FLOOR * float(positive.min()) if positive.size else math.nan
+    return least_logarithm(points["brdf"].values)
 
 
 def judged(points: xr.Dataset, modelled: Values, floor: float | None = None) -> Judged:
@@ -109,7 +107,7 @@ def metrics(
         "delta": _rms(error[positive] / measured[positive]),
         "E": float(np.sum(weights * error**2)) / signal if signal else math.nan,
         "nrmse": _rms(_normalised_error(points, modelled, floor)),
-        "log10_rmse": _rms(np.log10(np.maximum(modelled[positive], floor) / measured[positive])),
+        "log10_rmse": log10_rmse(measured, modelled, floor),
     }
 
 

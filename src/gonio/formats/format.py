@@ -3,10 +3,25 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+
+# A BRDF (n,) at directions theta_i, theta_r, phi, phi_i [deg] (n,), NaN where there is none.
+Evaluate = Callable[..., npt.NDArray[np.float64]]
+
+
+class Means(NamedTuple):
+    """Means over the places of a layout, NaN for gaps.
+
+    partial: how many are over a part of their place alone, since the rest has no value. how: in words for the history.
+    """
+
+    values: npt.NDArray[np.float64]
+    partial: int
+    how: str
 
 
 @dataclass(frozen=True)
@@ -50,6 +65,10 @@ class Format:
     `layout(scan)` returns the directions that the format stores for a scan, as a Dataset of coordinates on the format's
     own dimensions; `write` then gets a scan on exactly these, NaN only where `holds.gaps` or below the horizon. Without
     a layout a format stores the scan's own directions, and `write` gets any scan that `holds` allows.
+    `means(onto, evaluate, turned)` is for a format whose values are means over patches of directions: those of a
+    function of directions, over the patches whose centres are `onto`; `turned` says whether it depends on phi_i.
+    `exact_means(part, onto)` is the same for one set of a scan of the format's own that is constant in parts; None for
+    others.
     `evaluate(scan, theta_i, theta_r, phi, phi_i)` is the format's own interpolation [deg], where it defines one.
     """
 
@@ -60,6 +79,8 @@ class Format:
     read: Callable[[Path], xr.Dataset]
     write: Callable[[xr.Dataset, Path], None] | None = None
     layout: Callable[[xr.Dataset], xr.Dataset] | None = None
-    evaluate: Callable[..., npt.NDArray[np.float64]] | None = None
+    means: Callable[[xr.Dataset, Evaluate, bool], Means] | None = None
+    exact_means: Callable[[xr.Dataset, xr.Dataset], Means | None] | None = None
+    evaluate: Evaluate | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0

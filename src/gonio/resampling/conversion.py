@@ -11,6 +11,7 @@ Three steps, so that no writer of a format needs to decide anything:
    the error includes resampling, the digits of the file, and every mistake of writer and reader.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,7 @@ from gonio.formats.format import Format
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
+from gonio.resampling.means import means_over
 from gonio.resampling.resample import Filling, is_on, resample
 from gonio.resampling.sources import sets_of
 
@@ -66,7 +68,9 @@ def convert(
     ready = laid_out(reduced, target, impose, filling)
     # The history is part of the file, so the error that it states is that of the values before they are written.
     if target.layout is not None and ready is not reduced:
-        ready = add_history(ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced))}")
+        ready = add_history(
+            ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced), target)}"
+        )
     if left_out:
         ready = add_history(ready, f"left out for {target.title}: {'; '.join(left_out)}")
     # Read back under its temporary name: a file that cannot be read never takes the place of one that can.
@@ -90,13 +94,24 @@ def _with_mode_of(written: xr.Dataset, scan: xr.Dataset) -> xr.Dataset:
     return scan.assign_coords(mode=("direction", np.full(scan.sizes["direction"], modes[0])) if flat else modes[0])
 
 
-def in_words(error: Difference) -> str:
-    """The error of a resampling in one line, with how many directions have no value any more."""
-    if not error.missing and not error.error.any():
-        return "every value exact"  # to the last bit, not to the digits of a percentage
+def in_words(error: Difference, target: Format | None = None) -> str:
+    """The error of a resampling in one line: of what, and how many directions have no value any more.
+
+    By solid angle the lobe counts most; lg RMSE and the largest relative error tell of the wings. target: the format
+    that the values were laid out for, if any: one of means over patches has no value for a single direction.
+    """
+    against = " against the means over their patches" if target is not None and target.means is not None else ""
+    compared = f"{error.count} directions of the data{against}"
+    lost = f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else ""
+    if not error.error.any():  # to the last bit, not to the digits of a percentage
+        return f"every value exact{f', at {compared}' if against or lost else ''}{lost}"
     text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_steep:.3g} % within {STEEP:g} deg of "
     text += f"the normal; bias {100 * error.bias:.2g} %"
-    return text + (f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else "")
+    text += f"; lg RMSE {error.log10_rmse:.2g}" if math.isfinite(error.log10_rmse) else ""
+    if math.isfinite(error.largest):
+        place = ", ".join(f"{name} {angle:.4g}" for name, angle in error.where.items())
+        text += f"; largest {100 * error.largest:.3g} % at {place} deg"
+    return f"{text}; at {compared}{lost}"
 
 
 def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
@@ -245,6 +260,8 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
     onto = target.layout(scan)
     if is_on(scan, onto) and not impose and filling is None:
         ready = scan  # with its other variables and its parameterisation, which resampling would drop
+    elif target.means is not None and not is_on(scan, onto):
+        ready = means_over(scan, onto, target, impose, filling)
     else:
         ready = resample(scan, onto, impose=impose, filling=filling)
         # Few formats have a place for where each value came from. The history says how many came from where.

@@ -26,6 +26,7 @@ from gonio.resampling.resample import MEASURED, Filling, is_on, resample
 from gonio.resampling.sources import sets_of
 
 Values = npt.NDArray[np.float64]
+FLOOR = 0.1  # of the least positive reference: what another value below it counts as, in a logarithm
 STEEP = 85.0  # deg; beyond it from the normal a direction does not count for `rms_steep`
 
 
@@ -87,6 +88,12 @@ class Difference:
         return float(ratio.max()) if np.isfinite(ratio).any() else math.nan
 
     @property
+    def log10_rmse(self) -> float:
+        """The rms difference of decimal logarithms, as `log10_rmse` takes it: every decade counts alike."""
+        reference = self.points["brdf"].values
+        return log10_rmse(reference, self.points["other"].values, least_logarithm(reference))
+
+    @property
     def largest_absolute(self) -> float:
         """The largest difference (n,) in the unit of both, values that are zero in the reference included."""
         return float(np.abs(self.error).max()) if self.count else math.nan
@@ -125,6 +132,21 @@ class Difference:
     def exact(self) -> int:
         """At how many of them the other was measured rather than interpolated."""
         return int(self.points["exact"].values.sum())
+
+
+def least_logarithm(reference: Values) -> float:
+    """The value below which another counts as this one in a logarithm; NaN without a positive reference."""
+    positive = reference[reference > 0]
+    return FLOOR * float(positive.min()) if positive.size else math.nan
+
+
+def log10_rmse(reference: Values, other: Values, floor: float) -> float:
+    """The rms of lg(other/reference) where the reference is positive, the other taken as at least `floor`."""
+    positive = reference > 0
+    if not positive.any():
+        return math.nan
+    errors = np.log10(np.maximum(other[positive], floor) / reference[positive])
+    return float(np.sqrt(np.mean(errors**2)))
 
 
 def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:

@@ -68,10 +68,8 @@ def resample(
     are dropped. The history says how many values came about in which way.
     Raises ValueError for a symmetry that is none, and as `interpolator` does.
     """
-    for name in (*impose, *(filling.symmetries if filling else ())):
-        if name not in SYMMETRIES:
-            raise ValueError(f"no symmetry {name!r}: there are {', '.join(SYMMETRIES)}")
-    directions = _directions(onto)
+    check_symmetries(impose, filling)
+    directions = directions_of(onto)
     targets = targets_of(directions)
     # Grids such as the specular one have nodes below the horizon. They are no gaps: nothing fills or counts them.
     above = (targets.theta_i <= HORIZON) & (targets.theta_r <= HORIZON)
@@ -79,14 +77,14 @@ def resample(
     columns: dict[str, list[Values]] = {}
     keys: list[dict[str, Any]] = []
     how = ""
-    sources = Sources(_without_masked(scan))
+    sources = Sources(without_masked(scan))
     for key, part in sources.sets:
         if not impose and filling is None and is_on(part, onto):
             of_set = _copied(part, _grid_dims(onto), rows)
         else:
-            of_set, how = _resampled(sources, len(keys), targets.part(rows), impose, filling)
+            of_set, how = resampled(sources, len(keys), targets.part(rows), impose, filling)
         if filling is not None and filling.function is not None:
-            _fill(of_set, directions.isel(direction=rows), key, filling.function)
+            fill(of_set, directions.isel(direction=rows), key, filling.function)
         keys.append(key)
         for name, column in of_set.items():
             columns.setdefault(name, []).append(_with_below_horizon(column, above))
@@ -95,10 +93,17 @@ def resample(
         del columns["origin"]
     # An uncertainty that only some of the sets have (a set may be too large to be looked up) is dropped for all.
     complete = {name: of_sets for name, of_sets in columns.items() if len(of_sets) == len(keys)}
-    out = _assembled(scan, onto, directions, keys, complete)
+    out = assembled(scan, onto, directions, keys, complete)
     line = _history_line(origins, len(rows), how, impose, filling)
     symmetries = (*impose, *(filling.symmetries if filling else ()))
     return dataset.add_history(out, line + (sources.without_exchange() if "reciprocity" in symmetries else ""))
+
+
+def check_symmetries(impose: Sequence[str], filling: Filling | None) -> None:
+    """Raises ValueError for a name that is not in SYMMETRIES."""
+    for name in (*impose, *(filling.symmetries if filling else ())):
+        if name not in SYMMETRIES:
+            raise ValueError(f"no symmetry {name!r}: there are {', '.join(SYMMETRIES)}")
 
 
 def _history_line(origins: Values, directions: int, how: str, impose: Sequence[str], filling: Filling | None) -> str:
@@ -125,7 +130,7 @@ def is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
     return all(n in scan.coords and scan[n].dims == onto[n].dims and scan[n].equals(onto[n]) for n in names)
 
 
-def _directions(onto: xr.Dataset) -> xr.Dataset:
+def directions_of(onto: xr.Dataset) -> xr.Dataset:
     """The directions of a Dataset on one dimension, in the order of its own, the last dimension fastest."""
     names = [n for n in DIRECTIONS if n in onto.variables]
     dims = _grid_dims(onto)
@@ -140,7 +145,7 @@ def _grid_dims(onto: xr.Dataset) -> tuple[Any, ...]:
     return tuple(d for d in onto.dims if any(d in onto[n].dims for n in DIRECTIONS if n in onto.variables))
 
 
-def _without_masked(scan: xr.Dataset) -> xr.Dataset:
+def without_masked(scan: xr.Dataset) -> xr.Dataset:
     """The scan with NaN for masked values: their places stay, so that nothing is interpolated across them."""
     if "mask" not in scan:
         return scan
@@ -165,7 +170,7 @@ def _copied(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp])
     return columns | {"origin": np.where(np.isnan(columns["brdf"]), MISSING, MEASURED).astype(float)}
 
 
-def _resampled(
+def resampled(
     sources: Sources, k: int, wanted: Targets, impose: Sequence[str], filling: Filling | None
 ) -> tuple[dict[str, Values], str]:
     """The columns (n,) of the set k at n directions: brdf, origin, uncertainties; and how it interpolates, in words."""
@@ -209,7 +214,7 @@ def _mean_of(images: Sequence[Values]) -> Values:
         return total / np.where(finite.any(axis=0), finite.sum(axis=0), np.nan)
 
 
-def _fill(columns: dict[str, Values], directions: xr.Dataset, key: Mapping[str, Any], function: Fill) -> None:
+def fill(columns: dict[str, Values], directions: xr.Dataset, key: Mapping[str, Any], function: Fill) -> None:
     """Put the function's values into the gaps of one set, in place.
 
     The function sees a flat scan of the gaps with the set's coordinates, by which a model chooses its parameters. Its
@@ -224,7 +229,7 @@ def _fill(columns: dict[str, Values], directions: xr.Dataset, key: Mapping[str, 
     columns["origin"][gaps[np.isfinite(columns["brdf"][gaps])]] = FILLED
 
 
-def _assembled(
+def assembled(
     scan: xr.Dataset,
     onto: xr.Dataset,
     directions: xr.Dataset,

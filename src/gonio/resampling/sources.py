@@ -50,7 +50,9 @@ class Source:
 class Sources:
     """The sets of a scan, the source of each, made when it is first asked for, and the set that is its exchange."""
 
-    def __init__(self, scan: xr.Dataset) -> None:
+    def __init__(self, scan: xr.Dataset, look_up: bool = True) -> None:
+        """look_up: whether the very directions that were measured are looked for; if not, they are interpolated too."""
+        self._look_up = look_up
         self.sets = list(sets_of(scan))
         single = {n: scan[n].values.ravel()[0] for n in SETS if n in scan.coords and scan[n].size}
         self._partners = partners([single | key for key, _ in self.sets])
@@ -64,7 +66,7 @@ class Sources:
             self._made = {j: source for j, source in self._made.items() if j in self._shared}
             part = self.sets[k][1]
             between, how = interpolator_of(part)
-            measured = Measured(part) if part["brdf"].size <= MOST_LOOKED_UP else None
+            measured = Measured(part) if self._look_up and part["brdf"].size <= MOST_LOOKED_UP else None
             self._made[k] = Source(between, measured, how)
         return self._made[k]
 

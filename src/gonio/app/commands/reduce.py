@@ -52,4 +52,4 @@ def command(
     show(f"wrote {done.path} as {done.format.title}, {reduced.sizes['direction']} directions")
     for line in done.left_out:
         show(f"left out: {line}")
-    show(f"as the file reads now: {in_words(done.error)}")
+    show(f"as the file reads now: {in_words(done.error, done.format)}")

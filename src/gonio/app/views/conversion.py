@@ -22,9 +22,12 @@ def record(done: Conversion) -> dict[str, Any]:
             "rms": error.rms,
             "rms_steep": error.rms_steep,
             "bias": error.bias,
+            "log10_rmse": error.log10_rmse,
             "largest": error.largest,
             "where": error.where,
             "lost": error.missing,
+            "directions": error.count,
+            "against": "means over patches" if done.format.means else "values",
         },
     }
 
@@ -36,4 +39,4 @@ def lines(done: Conversion, since: "xr.Dataset") -> Iterator[str]:
         yield f"left out: {line}"
     for line in done.scan.attrs["history"].splitlines()[len(since.attrs["history"].splitlines()) :]:
         yield line
-    yield f"as the file reads now: {in_words(done.error)}"
+    yield f"as the file reads now: {in_words(done.error, done.format)}"

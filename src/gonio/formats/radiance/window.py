@@ -20,9 +20,9 @@ import xarray as xr
 
 from gonio.door.elements import Element, parse
 from gonio.door.text import MOST_VALUES, clip
-from gonio.formats.format import Format, Holds
+from gonio.formats.format import Evaluate, Format, Holds, Means
 from gonio.formats.radiance import blocks as window_blocks
-from gonio.formats.radiance import klems, tensor_tree
+from gonio.formats.radiance import klems, patch_means, tensor_tree
 from gonio.formats.radiance.klems import Basis
 from gonio.measured.dataset import ABSOLUTE, AXES, PARAMETERISATION, SETS, add_history, make_scan
 
@@ -226,8 +226,19 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
         return patches(klems.FULL, klems.FULL)
 
 
+def _means(onto: xr.Dataset, evaluate: Evaluate, turned: bool) -> Means:
+    return patch_means.of_function(*_bases_of(onto), evaluate, turned)
+
+
+def _exact_means(part: xr.Dataset, onto: xr.Dataset) -> Means | None:
+    """The means of a tree over the patches; None for what is no tree."""
+    if LEVEL not in part or part.attrs.get(PARAMETERISATION) != NAME:
+        return None
+    return Means(patch_means.of_tree(part, LEVEL, *_bases_of(onto)), 0, "exact sums over the cells of the tree")
+
+
 def _write(scan: xr.Dataset, path: Path) -> None:
-    """Write matrices of the scan's values at the centres of patches, which are the directions that `layout` gives."""
+    """Write matrices of the means over pairs of patches, whose centres are the directions that `layout` gives."""
     from gonio.formats.radiance import xml as window_xml
 
     bases = _bases_of(scan)
@@ -282,6 +293,8 @@ FORMAT = Format(
     read=_read,
     write=_write,
     layout=_layout,
+    means=_means,
+    exact_means=_exact_means,
     evaluate=evaluate,
     holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength"), alone="Visible"),
 )

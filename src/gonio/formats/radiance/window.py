@@ -10,8 +10,9 @@ about x: the column of azimuth a has light from phi_i = 180 - a, the row of azim
 either side, as azimuths are about the front's normal.
 
 Radiance reads only the wavelength called Visible. PyWinCalc reads Visible and Solar, refuses a file with any other, and
-needs both for a glazing system. So one wavelength or channel is written as Visible. Elements of the material, and
-spectra of source and detector, are lines of provenance such as `TIR: 0.1`, and are written from such lines.
+needs both, in all four directions on Klems Full, for a glazing system. So one wavelength or channel is written as
+Visible. Elements of the material, and spectra of source and detector, are lines of provenance such as `TIR: 0.1`, and
+are written from such lines.
 """
 
 import math

@@ -27,6 +27,7 @@ BASIS = klems.FULL
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 LOW, HIGH = (np.repeat(np.radians(b), BASIS.counts) for b in (BASIS.bounds[:-1], BASIS.bounds[1:]))
 COUNT = np.repeat(BASIS.counts, BASIS.counts)
+AZIMUTH = np.concatenate([360 * np.arange(n) / n for n in BASIS.counts])  # to which the light of a patch travels [deg]
 PROJECTED = np.pi * (np.sin(HIGH) ** 2 - np.sin(LOW) ** 2) / COUNT  # the integral of the cosine over each patch [sr]
 MEAN_COSINE = 2 / 3 * (np.cos(LOW) ** 3 - np.cos(HIGH) ** 3) / (np.sin(HIGH) ** 2 - np.sin(LOW) ** 2)
 MEAN_SINE = 2 / 3 * (np.sin(HIGH) ** 3 - np.sin(LOW) ** 3) / (np.sin(HIGH) ** 2 - np.sin(LOW) ** 2)
@@ -93,8 +94,11 @@ def patches(path):
 
 
 def exact(k, a, c, u, **_):
-    """The direct-hemispherical value of each incident patch: the integral of f cos over w_r, mean over the patch."""
-    turn = np.radians(window.patches(BASIS, BASIS)["phi_i"].values - u)
+    """The direct-hemispherical value of each incident patch: the integral of f cos over w_r, mean over the patch.
+
+    The directions are those at which klems_peer.py asks Radiance, turned by half a turn about x into gonio's frame.
+    """
+    turn = np.radians(180 - AZIMUTH - u)
     return np.pi * k * (1 + 2 / 3 * a * MEAN_COSINE + c * MEAN_SINE * np.cos(turn))
 
 

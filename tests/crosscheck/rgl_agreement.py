@@ -61,8 +61,6 @@ def compare(folder, everything):
         pairs, expected = stored[f"{stem} directions"], stored[stem]
         path = path_of(stem, folder)
         error, value = differences(path, pairs, expected)
-        if f"{stem} mirrored" in stored and np.abs(error).max() > BAR:
-            error, value = differences(path, pairs * np.tile([1, -1, 1], 2), stored[f"{stem} mirrored"])
         worst, bias = np.abs(error).max(), abs(error.sum()) / value.sum() / error.shape[1]
         share = np.mean(np.abs(error).max(axis=1) <= BAR * value)
         print(f"{stem}: {len(pairs)} pairs, largest {worst:.2g}, bias {bias:.1g}, to {BAR:g} of itself {share:.4f}")

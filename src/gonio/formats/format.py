@@ -32,7 +32,8 @@ class Holds:
     `transmission`: light that goes through. `relative`: a mark for relative data; a format without it is never given
     relative data. `gaps`: missing values. `negative`: values below zero.
     `channels`: the groups of channels that a file can name, such as R, G and B; without any, all names.
-    `alone`: the channel as which one wavelength or one channel alone is stored, for programs that look for no other.
+    `alone`: the channel as which one wavelength or one channel alone is stored, for programs that look for no other;
+    `alone_among`: channels of which, where all are there, the file stores one under that name.
     `monochrome`: whether values without a channel can be stored; where they cannot, they stand in each channel alike.
     `sets`: the coordinates (of dataset.SETS) along which a file can hold several sets of directions; one set of any
     kind always fits. `variables`: the variables beside brdf that are kept, `*` for all. `quantity`: the attribute
@@ -47,6 +48,7 @@ class Holds:
     negative: bool = True
     channels: tuple[tuple[str, ...], ...] = ()
     alone: str = ""
+    alone_among: tuple[str, ...] = ()
     monochrome: bool = True
     sets: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()

@@ -21,7 +21,7 @@ import xarray as xr
 
 from gonio.files import replacing
 from gonio.formats import writer
-from gonio.formats.format import Format
+from gonio.formats.format import Format, Holds
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
@@ -171,7 +171,7 @@ def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, li
     """
     holds, left_out = target.holds, []
     if holds.alone:
-        return _stored_alone(scan, holds.alone)
+        return _stored_alone(scan, holds)
     if not holds.channels:
         return scan, []
     if "channel" in scan.coords:
@@ -192,12 +192,20 @@ def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, li
     return scan, left_out
 
 
-def _stored_alone(scan: xr.Dataset, name: str) -> tuple[xr.Dataset, list[str]]:
-    """The scan without its one wavelength or channel, which the format stores under another name."""
-    spectral = {n: np.unique(scan[n].values) for n in dataset.SPECTRAL if n in scan.coords}
-    if not spectral or any(values.size > 1 for values in spectral.values()):
+def _stored_alone(scan: xr.Dataset, holds: Holds) -> tuple[xr.Dataset, list[str]]:
+    """The scan without its one wavelength or channel, which the format stores under another name.
+
+    Of several, the history says when none is stored under that name.
+    """
+    spectral = {n: list(dict.fromkeys(scan[n].values.ravel().tolist())) for n in dataset.SPECTRAL if n in scan.coords}
+    for n, values in spectral.items():
+        if len(values) > 1 and holds.alone not in values and not set(holds.alone_among) <= set(values):
+            line = f"no {n} is stored as {holds.alone}, and programs that read {holds.alone} alone find nothing"
+            return add_history(scan, f"{line}: choose one with --select {n}={values[0]}"), []
+    if not spectral or any(len(values) > 1 or values == [holds.alone] for values in spectral.values()):
         return scan, []
-    left_out = [f"{n} {v[0]}, stored as {name}" for n, v in spectral.items() if str(v[0]) != name]
+    others = {n: values[0] for n, values in spectral.items() if values != [holds.alone]}
+    left_out = [f"{n} {value}, stored as {holds.alone}" for n, value in others.items()]
     for n in spectral:
         scan = scan.isel({n: 0}, drop=True) if n in scan.dims else scan.drop_vars(n)
     return scan, left_out

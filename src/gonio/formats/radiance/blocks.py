@@ -15,6 +15,7 @@ from gonio.formats.radiance.klems import Basis
 MODES = {"reflection": "BRDF", "transmission": "BTDF"}
 SIDES = ("front", "back")
 CHANNELS = {"CIE-X": "X", "CIE-Y": "Y", "CIE-Z": "Z"}
+SPECTRA = ("SourceSpectrum", "DetectorSpectrum")  # of each WavelengthData
 _CHROMATICITIES = ("cie-u", "cie-v")
 _NANOMETRES = {"nanometer": 1.0, "nanometers": 1.0, "nm": 1.0, "micron": 1e3, "micrometer": 1e3, "um": 1e3}
 
@@ -35,13 +36,35 @@ class WavelengthDataBlock:
 
 
 def about(layer: Element) -> list[str]:
-    """Lines of provenance on the material and on the spectra of source and detector."""
+    """Lines `name: text unit` of provenance on the material and on the spectra of source and detector.
+
+    An element within another is called after both, and a spectrum that differs between the blocks after its wavelength,
+    as in `SourceSpectrum of Visible`.
+    """
     material = layer.find("Material")
-    elements = list(material.children) if material else []
-    for wavelength in layer.all("WavelengthData"):
-        elements += [e for tag in ("SourceSpectrum", "DetectorSpectrum") for e in wavelength.all(tag)]
-    lines = [f"{e.tag}: {' '.join(e.text.split())} {e.attributes.get('unit', '')}".rstrip() for e in elements if e.text]
-    return list(dict.fromkeys(line for line in lines if not line.endswith(":")))
+    lines = []
+    for element in material.children if material else []:
+        lines += [_told(element.tag, element), *(_told(f"{element.tag} {e.tag}", e) for e in element.children)]
+    for tag in SPECTRA:
+        told = {_name_of(e): _told(tag, spectrum) for e in layer.all("WavelengthData") for spectrum in e.all(tag)}
+        same = len(set(told.values())) == 1 and len(told) == len(set(map(_name_of, layer.all("WavelengthData"))))
+        lines += [line if same or not line else line.replace(tag, f"{tag} of {name}", 1) for name, line in told.items()]
+    return list(dict.fromkeys(filter(None, lines)))
+
+
+def _told(name: str, element: Element) -> str:
+    """The element as a line of provenance; empty where it has no text."""
+    text = " ".join(element.text.split())
+    return f"{name}: {text} {element.attributes.get('unit', '')}".rstrip() if text else ""
+
+
+def _name_of(wavelength_data: Element) -> str:
+    """What the file calls the wavelength, a number as Python prints it."""
+    name = wavelength_data.word("Wavelength")
+    try:
+        return repr(float(name))
+    except ValueError:
+        return name
 
 
 def blocks(layer: Element) -> tuple[list[WavelengthDataBlock], list[str]]:
@@ -55,6 +78,9 @@ def blocks(layer: Element) -> tuple[list[WavelengthDataBlock], list[str]]:
             continue
         wavelength = _wavelength(element.child("Wavelength"), name)
         for block in element.all("WavelengthDataBlock"):
+            if (direction := block.word("WavelengthDataDirection")).lower().startswith("absor"):
+                left_out.append(f"left out {direction}, which is not scattered")
+                continue
             mode, side = _direction(block)
             data_blocks.append(WavelengthDataBlock(wavelength, mode, side, block))
     if not data_blocks:

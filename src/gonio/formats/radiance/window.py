@@ -8,6 +8,11 @@ Sides are named as in the file: `Reflection Front` is the front. Radiance's prog
 their z axis points away from it. Here z is the normal of the front, so that directions are Radiance's after half a turn
 about x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for
 either side, as azimuths are about the front's normal.
+
+Radiance reads only the wavelength called Visible. PyWinCalc reads Visible and Solar, refuses a file with any other, and
+needs both, in all four directions on Klems Full, for a glazing system. So one wavelength or channel is written as
+Visible. Elements of the material, and spectra of source and detector, are lines of provenance such as `TIR: 0.1`, and
+are written from such lines.
 """
 
 import math
@@ -54,6 +59,8 @@ def _read(path: Path) -> xr.Dataset:
         raise definition.child("IncidentDataStructure").wrong(message)
     if not np.any(np.nan_to_num(scan["brdf"].values)):
         raise blocks[0].data.wrong("every brdf value is zero: the layer scatters nothing, or the data are wrong")
+    if layer.find("Geometry") is not None and layer.child("Geometry").children:
+        left_out = [*left_out, "left out Geometry, the shape of the layer"]
     scan.attrs["provenance"] = "\n".join([*remarks, *window_blocks.about(layer)])
     for line in left_out:
         scan = add_history(scan, line)
@@ -279,7 +286,7 @@ def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Ar
 
 def _wavelength_text(wavelength: str | float, spectra: list) -> tuple[str, str]:
     if not isinstance(wavelength, str):
-        return f"{wavelength!r}", "nm"
+        return f"{wavelength!r}", "Nanometer"
     if wavelength == "Y" and {"X", "Z"} <= set(spectra):
         return "Visible", "Integral"
     return next((text for text, name in window_blocks.CHANNELS.items() if name == wavelength), wavelength), "Integral"
@@ -296,5 +303,11 @@ FORMAT = Format(
     means=_means,
     exact_means=_exact_means,
     evaluate=evaluate,
-    holds=Holds(anisotropic=True, transmission=True, sets=("mode", "side", "channel", "wavelength"), alone="Visible"),
+    holds=Holds(
+        anisotropic=True,
+        transmission=True,
+        sets=("mode", "side", "channel", "wavelength"),
+        alone="Visible",
+        alone_among=("X", "Y", "Z"),
+    ),
 )

@@ -34,7 +34,7 @@ MEAN_SINE = 2 / 3 * (np.sin(HIGH) ** 3 - np.sin(LOW) ** 3) / (np.sin(HIGH) ** 2 
 MEAN_SINE = MEAN_SINE * np.where(
     COUNT == 1, 0.0, np.sinc(1 / COUNT)
 )  # the mean of the cosine over the patch's azimuths
-ISOTROPIC = {"k": 0.12, "a": 0.08, "b": 0.25, "c": 0.0, "u": 0.0}
+ISOTROPIC = {"k": 0.12, "a": 0.3, "b": 0.25, "c": 0.0, "u": 0.0}
 BLOCKS = {
     ("Visible", "reflection", "front"): {"k": 0.05, "a": 0.5, "b": 0.3, "c": 0.4, "u": 20.0},
     ("Visible", "reflection", "back"): {"k": 0.08, "a": -0.3, "b": 0.2, "c": 0.3, "u": 110.0},

@@ -11,6 +11,7 @@ import xarray as xr
 from gonio.geometry import Geometry
 from gonio.measured import dataset, exchange
 from gonio.optics.quadrature import gauss_legendre
+from gonio.resampling.hemisphere import WHOLE, excessive, reflectances
 
 Values = npt.NDArray[np.float64]
 Brdf = Callable[[Geometry], Values]
@@ -100,10 +101,27 @@ def of_scan(scan: xr.Dataset) -> list[Verdict]:
     least = int(np.argmin(values))
     angles = np.array([flat[name].values for name in dataset.ANGLES])
     positive = Verdict("positivity", bool(values[least] >= 0), {"least": float(values[least])}, _place(angles, least))
-    refused = "a scan of some directions says nothing about the hemisphere: fit a model and check that"
+    return [positive, _reciprocity_of_scan(flat), _energy_of_scan(scan)]
+
+
+def _energy_of_scan(scan: xr.Dataset) -> Verdict:
+    """The reflectance of a table that covers the hemisphere; of less than that, whether what it covers is above 1."""
     if dataset.unit(scan) != dataset.ABSOLUTE:
-        refused = RELATIVE
-    return [positive, _reciprocity_of_scan(flat), Verdict("energy", None, {}, "", refused)]
+        return Verdict("energy", None, {}, "", RELATIVE)
+    found = reflectances(scan)
+    if not found:
+        why = "a scan of some directions says nothing about the hemisphere: fit a model and check that"
+        return Verdict("energy", None, {}, "", why)
+    worst = max(found, key=lambda one: one.value)
+    figures: dict[str, float] = {}
+    for one in found:
+        name = f"DHR({one.theta_i:g})"
+        figures[name] = max(one.value, figures.get(name, -math.inf))
+    covered = min(one.covered for one in found)
+    part = f"its directions cover {100 * covered:.3g} % of the hemisphere or more, and what they lack adds to this"
+    if excessive(found):
+        return Verdict("energy", False, figures, worst.where, part if covered < WHOLE else "")
+    return Verdict("energy", True if covered >= WHOLE else None, figures, worst.where, part if covered < WHOLE else "")
 
 
 def _reciprocity_of_scan(flat: xr.Dataset) -> Verdict:

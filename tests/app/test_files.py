@@ -68,7 +68,11 @@ def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):
     code, _, err = run("convert", scan_file, out, "--to", "zemax")
     assert code == 1
     assert "--fill symmetry or --fill MODEL" in err
-    code, text, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert")
+    code, _, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert")
+    assert code == 1  # this scan, made of weights alone, has no physical size
+    assert "the Zemax BSDF would scatter 244.4 % of the light that falls on it, at theta_i 10 deg" in err
+    assert not out.exists()
+    code, text, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--force")
     assert code == 0, err
     text = " ".join(text.split())
     assert "filled by lambert fitted with uniform weighting" in text

@@ -69,7 +69,7 @@ def full_scan() -> xr.Dataset:
 def plain_scan(unit: str = "sr-1") -> xr.Dataset:
     """What every format can hold: one set, reflected, positive, no gap; numbers that fit in four bytes."""
     theta_i, theta_r, phi = (a.ravel() for a in np.meshgrid([10.0, 40], [0.0, 20, 60], [0.0, 90, 180, 270]))
-    values = np.round(0.1 + np.cos(np.radians(theta_r)) * np.cos(np.radians(theta_i)) * 8) / 8
+    values = np.round(0.1 + np.cos(np.radians(theta_r)) * np.cos(np.radians(theta_i)) * 8) / 32
     return make_scan(theta_i, theta_r, values, phi, unit=unit, history="made by hand")
 
 

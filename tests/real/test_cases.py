@@ -90,6 +90,14 @@ def test_06_a_tree_becomes_a_matrix_of_means(shared_cases, tmp_path):
     assert "against the means over their patches" in in_words(done.error, done.format)
 
 
+def test_07_the_energy_of_a_table_is_told(shared_cases):
+    path = shared_cases / "07-energy-never-told" / "lambert15.csv"
+    energy = next(v for v in of_scan(read(path)) if v.law == "energy")
+    assert energy.holds is False
+    assert energy.figures == pytest.approx({"DHR(0)": 1.5, "DHR(30)": 1.5, "DHR(60)": 1.5}, rel=1e-3)
+    assert any("150 % of the light" in finding["what"] for finding in describe(path)["checks"])
+
+
 def test_08_the_patches_of_a_matrix_are_the_directions_of_one_scan(shared_cases, tmp_path):
     done = convert(read(shared_cases / "08-rgl-klems-not-fitted" / "lambert.csv"), tmp_path / "k.xml", "radiance")
     matrix = read(done.path)

@@ -17,11 +17,11 @@ def scan(**more):
     theta_i, theta_r, phi = (
         a.ravel() for a in np.meshgrid([10.0, 40], np.arange(0, 81, 10.0), np.arange(0, 360, 30.0))
     )
-    return make_scan(theta_i, theta_r, 0.1 + np.cos(np.radians(theta_r)) ** 2, phi, **more)
+    return make_scan(theta_i, theta_r, (0.1 + np.cos(np.radians(theta_r)) ** 2) / 8, phi, **more)
 
 
 def test_a_grid_target_says_what_it_cost(tmp_path):
-    filling = Filling(("bilateral",), lambda p: np.full(p.sizes["direction"], 0.1), "a constant")
+    filling = Filling(("bilateral",), lambda p: np.full(p.sizes["direction"], 0.1 / 8), "a constant")
     done = convert(scan(), tmp_path / "x.bsdf", "zemax", filling=filling)
     history = done.scan.attrs["history"]
     assert "filled by a constant, not measured" in history

@@ -71,6 +71,8 @@ class Format:
     function of directions, over the patches whose centres are `onto`; `turned` says whether it depends on phi_i.
     `exact_means(part, onto)` is the same for one set of a scan of the format's own that is constant in parts; None for
     others.
+    `reflectances(part)` gives, for one set of a scan of the format's own, incidence angles theta_i and phi_i [deg] and
+    the exact directional-hemispherical reflectances there; None where the set is in another form.
     `evaluate(scan, theta_i, theta_r, phi, phi_i)` is the format's own interpolation [deg], where it defines one.
     """
 
@@ -83,6 +85,7 @@ class Format:
     layout: Callable[[xr.Dataset], xr.Dataset] | None = None
     means: Callable[[xr.Dataset, Evaluate, bool], Means] | None = None
     exact_means: Callable[[xr.Dataset, xr.Dataset], Means | None] | None = None
+    reflectances: Callable[[xr.Dataset], tuple[npt.NDArray[np.float64], ...] | None] | None = None
     evaluate: Evaluate | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0

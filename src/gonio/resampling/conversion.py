@@ -25,9 +25,12 @@ from gonio.formats.format import Format, Holds
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
+from gonio.resampling.hemisphere import Reflectance, excessive, reflectances
 from gonio.resampling.means import means_over
 from gonio.resampling.resample import Filling, is_on, resample
 from gonio.resampling.sources import sets_of
+
+MOST_SETS = 3  # of a written file whose energy is looked at, those with the largest values
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,7 @@ class Conversion:
     scan: what was written, laid out for the format, with its history.
     left_out: what the file does not hold, in words.
     error: the file as it reads now against the scan, at the scan's own directions. It says nothing about others.
+    reflectances: the directional-hemispherical reflectances of the file as it reads now, where its table has them.
     """
 
     path: Path
@@ -44,6 +48,7 @@ class Conversion:
     scan: xr.Dataset
     left_out: tuple[str, ...]
     error: Difference = field(repr=False)
+    reflectances: tuple[Reflectance, ...] = field(default=(), repr=False)
 
 
 def convert(
@@ -60,14 +65,16 @@ def convert(
     to: a format's name, where the suffix of `path` does not tell. `impose` and `filling` as for `resample`.
     Raises ValueError, with the remedy, where the file would say something false: relative data in a format of absolute
     ones, several wavelengths in a format of one, gaps in a format without any. FileExistsError where `path` exists and
-    `force` is False. Nothing is written then, nor where the file cannot be read again.
+    `force` is False, and ValueError for a table that scatters more light than falls on it. Nothing is written then, nor
+    where the file cannot be read again.
     """
     target = writer(path, to)
     assert target.write is not None
     reduced, left_out = fitted_to(scan, target)
     ready = laid_out(reduced, target, impose, filling)
+    is_new = target.layout is not None and ready is not reduced
     # The history is part of the file, so the error that it states is that of the values before they are written.
-    if target.layout is not None and ready is not reduced:
+    if is_new:
         ready = add_history(
             ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced), target)}"
         )
@@ -82,7 +89,27 @@ def convert(
             left_out.append(f"the unit: the file reads as {unit}")
             reduced = reduced.assign(brdf=reduced["brdf"].assign_attrs(units=unit))
         error = difference(written, _with_mode_of(written, reduced))
-    return Conversion(Path(path), target, ready, tuple(left_out), error)
+        scattered = _reflectances(written)
+        # A list of directions, or a table as it was, holds what was measured, right or wrong.
+        if is_new and not force:
+            _refuse_excess(target, scattered)
+    return Conversion(Path(path), target, ready, tuple(left_out), error, tuple(scattered))
+
+
+def _reflectances(written: xr.Dataset) -> list[Reflectance]:
+    try:
+        return reflectances(written, MOST_SETS)
+    except ValueError:  # too many scattered directions
+        return []
+
+
+def _refuse_excess(target: Format, scattered: Sequence[Reflectance]) -> None:
+    """ValueError for a file by which a surface would shine: in a renderer it never gets dark."""
+    if (worst := excessive(scattered)) is not None:
+        raise ValueError(
+            f"the {target.title} would scatter {100 * worst.value:.4g} % of the light that falls on it, at "
+            f"{worst.where}: check the unit of the data and what fills their gaps; --force writes it all the same"
+        )
 
 
 def _with_mode_of(written: xr.Dataset, scan: xr.Dataset) -> xr.Dataset:
@@ -278,7 +305,7 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
     if not target.holds.gaps:
         _refuse_gaps(ready, target)
     if "channel" in ready.dims and (order := _order(list(ready["channel"].values), target.holds.channels)):
-        ready = ready.sel(channel=list(order))
+        ready = ready if tuple(ready["channel"].values) == order else ready.sel(channel=list(order))
     return ready
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from gonio.app.views import energy
 from gonio.resampling.conversion import Conversion, in_words
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ def record(done: Conversion) -> dict[str, Any]:
         "values": int(done.scan["brdf"].size),
         "left_out": list(done.left_out),
         "history": done.scan.attrs["history"].splitlines(),
+        "reflectance": energy.record(done.reflectances),
         "error": {
             "rms": error.rms,
             "rms_steep": error.rms_steep,
@@ -40,3 +42,5 @@ def lines(done: Conversion, since: "xr.Dataset") -> Iterator[str]:
     for line in done.scan.attrs["history"].splitlines()[len(since.attrs["history"].splitlines()) :]:
         yield line
     yield f"as the file reads now: {in_words(done.error, done.format)}"
+    if done.reflectances:
+        yield f"reflectance of the file: {energy.in_words(energy.record(done.reflectances))}"

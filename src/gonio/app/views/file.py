@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.app.output import faint, strong, table, uncertain
+from gonio.app.views import energy
 from gonio.formats import read, recognise
 from gonio.measured import dataset
 from gonio.measured.check import check, further
@@ -26,6 +27,7 @@ def describe(path: Path) -> dict[str, Any]:
     flat = dataset.flatten(scan)
     used = dataset.in_use(flat)
     in_plane = bool(dataset.is_in_plane(flat).all())
+    found = [] if foreign_dims(scan) else energy.of_table(scan)
     return {
         "file": str(path),
         "format": kind.title,
@@ -47,9 +49,11 @@ def describe(path: Path) -> dict[str, Any]:
         "further": further(flat),
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
+        "reflectance": energy.record(found),
         "checks": [
             {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
-        ],
+        ]
+        + energy.findings(scan, found),
         "half_widths": [] if foreign_dims(scan) else _half_widths(flat),
     }
 
@@ -141,6 +145,8 @@ def _facts(record: dict[str, Any]) -> Any:
     for name, unit in (("wavelengths", "nm"), ("channels", "")):
         if record[name]:
             facts.add_row(name, listed(record[name], unit))
+    if record["reflectance"]:
+        facts.add_row("reflectance", energy.in_words(record["reflectance"]))
     facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
     if record["further"]:
         facts.add_row("kept, not used", ", ".join(record["further"]))

@@ -39,6 +39,11 @@ class Basis:
         azimuths = np.concatenate([360.0 * np.arange(n) / n for n in self.counts])
         return np.repeat(theta, self.counts), azimuths
 
+    def projected(self) -> Array:
+        """The projected solid angle [sr] of every patch, the integral of the cosine over it."""
+        squares = np.sin(np.radians(self.bounds)) ** 2
+        return np.repeat(np.pi * np.diff(squares) / self.counts, self.counts)
+
     def index(self, theta: Array, azimuth: Array) -> npt.NDArray[np.int64]:
         """The index of the patch of each direction [deg], -1 where it has none; `upper` belongs to the last band."""
         band = np.searchsorted(self.bounds, theta, side="right") - 1

@@ -244,6 +244,26 @@ def _exact_means(part: xr.Dataset, onto: xr.Dataset) -> Means | None:
     return Means(patch_means.of_tree(part, LEVEL, *_bases_of(onto)), 0, "exact sums over the cells of the tree")
 
 
+def _reflectances(part: xr.Dataset) -> tuple[Array, Array, Array] | None:
+    """theta_i and phi_i [deg] of incident patches, and the sums of value times projected solid angle of the outgoing.
+
+    Of a tree these are means over the patches of Klems Full.
+    """
+    if LEVEL in part and part["brdf"].dims == ("direction",):
+        incident = outgoing = klems.FULL
+        means = patch_means.of_tree(part, LEVEL, incident, outgoing)
+    else:
+        try:
+            incident, outgoing = _bases_of(part)
+        except ValueError:
+            return None
+        means = part["brdf"].transpose("incident", "outgoing").values
+    theta_i, column = incident.centres()
+    finite = np.isfinite(means).all(axis=1)
+    values = np.nan_to_num(means) @ outgoing.projected()
+    return theta_i[finite], ((180.0 - column) % 360.0)[finite], values[finite]
+
+
 def _write(scan: xr.Dataset, path: Path) -> None:
     """Write matrices of the means over pairs of patches, whose centres are the directions that `layout` gives."""
     from gonio.formats.radiance import xml as window_xml
@@ -302,6 +322,7 @@ FORMAT = Format(
     layout=_layout,
     means=_means,
     exact_means=_exact_means,
+    reflectances=_reflectances,
     evaluate=evaluate,
     holds=Holds(
         anisotropic=True,

@@ -22,9 +22,14 @@ if TYPE_CHECKING:
 
     from gonio.model import Model
 
-Scan = Annotated[Path, typer.Argument(help="a measured scan, in any format of `gonio formats`", show_default=False)]
+NO_PIPES = "files, not pipes or -"  # which formats cannot be recognised in, as a file is opened more than once
+Scan = Annotated[
+    Path,
+    typer.Argument(help=f"a measured scan, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
+]
 Scans = Annotated[
-    list[Path], typer.Argument(help="measured scans, in any format of `gonio formats`", show_default=False)
+    list[Path],
+    typer.Argument(help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
@@ -152,6 +157,22 @@ class _Flag(NamedTuple):
 OUTPUTS = ("out", "json")  # the flags and arguments of all commands that name what is written
 
 
+STANDARD_STREAM = "-"
+
+
+def refuse_standard_streams(given: Mapping[str, Any]) -> None:
+    """ValueError where `-` stands for a file: only JSON goes to standard output, and nothing is read from input.
+
+    given: the values of the command line by name.
+    """
+    for name, value in given.items():
+        named = value if isinstance(value, list | tuple) else [value]
+        if name != "json" and any(str(one) == STANDARD_STREAM for one in named):
+            if name == "out":
+                raise ValueError("the output is '-', and only --json writes to standard output: name a file")
+            raise ValueError("'-' is no file, and gonio reads no standard input: save what it holds as a file first")
+
+
 def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> None:
     """ValueError where what a command writes is what it reads, or lies inside or around it, whatever --force says.
 
@@ -199,6 +220,7 @@ def with_options(command: Callable[..., None], in_place: str = "") -> Callable[.
 
     @functools.wraps(command)
     def call(**given: Any) -> None:
+        refuse_standard_streams(given)
         refuse_to_overwrite_inputs(given, in_place)
         built = {
             name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})

@@ -176,10 +176,11 @@ def refuse_standard_streams(given: Mapping[str, Any]) -> None:
 def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> None:
     """ValueError where what a command writes is what it reads, or lies inside or around it, whatever --force says.
 
+    FileNotFoundError where it would lie in a folder that is not there. Both are told before the work is done.
     given: the values of the command line by name. in_place: the argument that an output may be, where a command
     changes a file.
     """
-    from gonio.files import refuse_overlap
+    from gonio.files import refuse_no_folder, refuse_overlap
 
     outputs = {name: given[name] for name in OUTPUTS if given.get(name) and str(given[name]) != "-"}
     read = {name: _paths(value) for name, value in given.items() if name not in OUTPUTS}
@@ -191,6 +192,7 @@ def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> 
         for other, second in outputs.items():
             if other < name and Path(second).resolve() == Path(target).resolve():
                 raise ValueError(f"--{other} and --{name} both name {target}: give two names")
+        refuse_no_folder(Path(target))
 
 
 def _are_one(path: Path, other: Path) -> bool:

@@ -20,7 +20,7 @@ from gonio.app.report import study as paper
 from gonio.app.report.study import COMPARED_AT, Sample, Study
 from gonio.app.views.figures import predictors
 from gonio.comparison.ranking import drop
-from gonio.files import refuse_existing, replacing
+from gonio.files import naming, refuse_existing, refuse_no_folder, replacing
 from gonio.fitting.search.solver import Progress
 from gonio.measured.dataset import flatten
 from gonio.plotting.components import components
@@ -47,6 +47,9 @@ def write_demo(folder: Path, *, seed: int, force: bool, progress: Progress) -> P
     """
     page = folder / "index.html"
     refuse_existing(page, force)
+    refuse_no_folder(folder)
+    with naming(folder):
+        folder.mkdir(exist_ok=True)
     study = paper.run(seed, lambda fraction: progress(STUDY_SHARE * fraction))
     tables = _tables(study)
     drawings = _drawings(study)

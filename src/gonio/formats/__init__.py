@@ -14,7 +14,7 @@ import xarray as xr
 from gonio.door import text
 from gonio.files import FormatError, replacing
 from gonio.formats.format import Format
-from gonio.measured.dataset import DIRECTIONS, add_history, unit
+from gonio.measured.dataset import DIRECTIONS, add_history, modes, unit
 from gonio.measured.sound import missing
 from gonio.model import NearestNames
 
@@ -120,6 +120,8 @@ def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "")
     path = Path(path)
     chosen = writer(path, to)
     assert chosen.write is not None
+    if other := sorted(modes(scan) - {*chosen.holds.modes}):
+        raise ValueError(f"the scan is of {' and '.join(other)}, and {chosen.title} of {chosen.holds.modes[0]} alone")
     with replacing(path, force) as temporary:
         chosen.write(scan, temporary)
     return chosen

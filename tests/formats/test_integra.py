@@ -219,7 +219,7 @@ def test_specular_reflectances_are_no_brdf(tmp_path):
         write(make_scan([10.0], [10.0], [0.5], unit="a.u."), tmp_path / "a.sdr")
     with pytest.raises(ValueError, match="no specular transmittance"):
         write(scan.assign_coords(mode="transmission"), tmp_path / "a.sdt")
-    with pytest.raises(ValueError, match="is of reflection, and .* of transmission alone"):
+    with pytest.raises(ValueError, match=r"is of reflection, and .* of transmission alone"):
         write(scan, tmp_path / "a.sdt")
 
 

@@ -14,8 +14,8 @@ class Holds:
     """What a file of one format can store. `gonio.convert` leaves out the rest of a scan and reports it, or refuses.
 
     `azimuths`: directions out of the plane of incidence. `anisotropic`: surfaces turned about their normal (phi_i).
-    `reflection`, `transmission`: which of the two a file can say that it is of. `relative`: a mark for relative data; a format without it is never given
-    relative data. `gaps`: missing values. `negative`: values below zero.
+    `reflection`, `transmission`: which of the two a file can say that it is of. `relative`: a mark for relative data; a
+    format without it is never given relative data. `gaps`: missing values. `negative`: values below zero.
     `channels`: the groups of channels that a file can name, such as R, G and B; without any, all names.
     `alone`: the channel as which one wavelength or one channel alone is stored, for programs that look for no other.
     `monochrome`: whether values without a channel can be stored; where they cannot, they stand in each channel alike.

@@ -6,7 +6,6 @@ option is declared once, in the dataclass, whatever the number of commands that 
 
 import functools
 import inspect
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from pathlib import Path
@@ -94,6 +93,7 @@ class ScanOptions:
         or compared may be wrong: it is not made worse by that.
         """
         from gonio import check, read
+        from gonio.app.output import warn
         from gonio.measured.check import Severity
         from gonio.measured.dataset import select
         from gonio.measured.masking import mask
@@ -106,7 +106,7 @@ class ScanOptions:
             if finding.severity is Severity.ERROR:
                 raise ValueError(f"{path}: {finding}")
             if finding.severity is Severity.WARNING:
-                print(f"gonio: {path}: {finding}", file=sys.stderr)
+                warn(path, finding)
         return data
 
     def read_joint(self, paths: list[Path], joint: bool) -> "xr.Dataset":

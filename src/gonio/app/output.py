@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,6 +37,11 @@ def show(part: Any) -> None:
             print(printable(part, keep="\n\t"), flush=True)
         else:
             console().print(printable(part, keep="\n") if isinstance(part, str) else part)
+
+
+def warn(path: Path, what: Any) -> None:
+    """Say on standard error what a file's values mean for what comes."""
+    print(f"gonio: {printable(f'{path}: {what}')}", file=sys.stderr)
 
 
 def strong(text: str, rest: str = "") -> "Text":

@@ -4,11 +4,19 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE
 
+UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
 VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
+
+
+def is_stated(uncertainty: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Which standard uncertainties can be used: finite and above zero. Zero and NaN stand where none is stated."""
+    stated: npt.NDArray[np.bool_] = (uncertainty > 0) & np.isfinite(uncertainty)
+    return stated
 
 
 def missing(scan: xr.Dataset) -> str:
@@ -21,7 +29,7 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
 
     Arrays that stay in a file are looked at piece by piece.
     """
-    for name in ("brdf", *(n for n in ("uncertainty", *DIRECTIONS, "wavelength") if n in scan.variables)):
+    for name in ("brdf", *(n for n in (*UNCERTAINTIES, *DIRECTIONS, "wavelength") if n in scan.variables)):
         if scan[name].dtype.kind not in "fiu":
             yield name, "is no array of numbers"
             return

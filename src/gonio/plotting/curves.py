@@ -8,6 +8,7 @@ import xarray as xr
 
 from gonio.comparison.metrics import at_specular
 from gonio.measured import dataset
+from gonio.measured.sound import is_stated
 from gonio.plotting.panels import Curve, panel_curves
 from gonio.plotting.style import (
     BARS,
@@ -68,9 +69,10 @@ def curves(
 def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str, normalised: bool) -> None:
     scale = at_specular(curve.theta_r, curve.measured, curve.theta_i) if normalised else 1.0
     ax.plot(curve.theta_r, curve.measured / scale, **MEASURED, label=measured, zorder=1)
-    if "uncertainty" in curve.points and curve.points["uncertainty"].values.any():  # a single scan states zeros
-        spread = curve.points["uncertainty"].values / scale
-        ax.errorbar(curve.theta_r, curve.measured / scale, spread, **BARS, label="standard uncertainty", zorder=0.9)
+    if "uncertainty" in curve.points and (stated := is_stated(curve.points["uncertainty"].values)).any():
+        spread = curve.points["uncertainty"].values[stated] / scale
+        label = "standard uncertainty"
+        ax.errorbar(curve.theta_r[stated], curve.measured[stated] / scale, spread, **BARS, label=label, zorder=0.9)
     for k, (name, predictor) in enumerate(fits.items()):
         modelled = predictor(curve.fine)
         scale = at_specular(curve.fine_theta_r, modelled, curve.theta_i) if normalised else 1.0

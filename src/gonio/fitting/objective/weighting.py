@@ -22,6 +22,9 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.measured.check import places
+from gonio.measured.sound import is_stated
+
 Values = npt.NDArray[np.float64]
 
 
@@ -79,20 +82,21 @@ def _inverse_variance(points: xr.Dataset, floor: float) -> Values:
 def stated(points: xr.Dataset, purpose: str, remedy: str) -> Values:
     """The standard uncertainty (points,) of every value of a flat scan, in the unit of the BRDF.
 
-    Raises ValueError where the scan states none, or where one is not positive. The message begins with `purpose`, for
-    which the uncertainty is needed, and ends with `remedy`.
+    Raises ValueError where the scan states none, or where one is not positive and finite, with the first place. The
+    message begins with `purpose`, for which the uncertainty is needed, and ends with `remedy`.
     """
     if "uncertainty" not in points:
         raise ValueError(
             f"{purpose} needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none: add it, or {remedy}"
         )
     uncertainty: Values = points["uncertainty"].values
-    unknown = int((~(uncertainty > 0)).sum())  # not `<= 0`: an empty cell is NaN, for which every comparison is false
-    if unknown:
-        raise ValueError(
-            f"{purpose} needs a positive uncertainty for every value, "
-            f"and {unknown} of {len(uncertainty)} have none: {remedy}"
+    if (unknown := ~is_stated(uncertainty)).any():
+        wrong = int((unknown & (np.abs(uncertainty) > 0)).sum())
+        those = f"{int(unknown.sum())} of {len(uncertainty)} have none" + (
+            f" ({wrong} {'is' if wrong == 1 else 'are'} negative or infinite)" if wrong else ""
         )
+        where = places(points, unknown, 1)
+        raise ValueError(f"{purpose} needs a positive uncertainty for every value, and {those}: {where}: {remedy}")
     return uncertainty
 
 
@@ -107,7 +111,7 @@ def _is_positive(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
 
 
 def _is_stated(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
-    return np.asarray(points["uncertainty"].values > 0)
+    return is_stated(points["uncertainty"].values)
 
 
 def _positive(points: xr.Dataset, name: str) -> Values:

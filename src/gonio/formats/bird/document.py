@@ -46,7 +46,10 @@ def _data(flat: xr.Dataset, values: np.ndarray) -> dict[str, Any]:
     data["phi_r"] = _angle((flat["phi"].values + phi_i) % 360.0, polar=False)
     data["BRDF"] = {"unit": "sr^-1", "values": values.tolist()}
     if "uncertainty" in flat:
-        stated = np.nan_to_num(flat["uncertainty"].values.astype(float), nan=0.0)  # 0: none is stated
+        stated = flat["uncertainty"].values.astype(float)
+        if np.any((stated < 0) | np.isinf(stated)):
+            raise ValueError("the BiRD format holds no negative and no infinite uncertainty: mend or empty them first")
+        stated = np.nan_to_num(stated, nan=0.0)  # 0: none is stated
         data["uBRDF"] = {"unit": "sr^-1", "values": stated.tolist()}
     adhoc = [
         n for n in flat.variables if n not in (*DIRECTIONS, "brdf", "uncertainty", "wavelength", _REFLECTED, "line")

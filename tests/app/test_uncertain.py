@@ -88,7 +88,7 @@ WRONG = {"negative": -0.02, "infinite": np.inf, "zero": 0.0, "missing": np.nan}
 @pytest.mark.parametrize("value", WRONG.values(), ids=WRONG)
 def test_no_fit_uses_them_in_silence(value):
     data, model = scan(at5=value), catalogue["lambert"]
-    wrong = " (1 is negative or infinite)" if abs(value) > 0 else ""
+    wrong = " (1 is negative, infinite or outside 1e-150 to 1e+150)" if abs(value) > 0 else ""
     said = f"needs a positive uncertainty for every value, and 1 of 26 have none{wrong}: theta_i 10, theta_r 10, phi 0"
     for ask in (
         lambda: Problem(model, data, weighting="uncertainty"),

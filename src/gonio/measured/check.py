@@ -19,12 +19,20 @@ from gonio.measured.dataset import (
     signed_theta_r,
 )
 from gonio.measured.distinct import combined, distinct_in_groups
-from gonio.measured.sound import UNCERTAINTIES
+from gonio.measured.sound import (
+    IN_RANGE,
+    LARGEST_SQUARED,
+    SMALLEST_SQUARED,
+    UNCERTAINTIES,
+    beyond_arithmetic,
+    is_stated,
+)
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
 USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
 OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
+BEYOND = f"outside {SMALLEST_SQUARED:g} to {LARGEST_SQUARED:g}"  # where its square overflows or vanishes
 RADIANS = 1.5708  # the quarter of a circle in radians; a scan in degrees whose angles all stay below is a strange one
 STEEP, NEAR = 15.0, 5.0  # deg: incidence at which the two sides are apart, and how near to a direction a lobe lies
 FEW = 5  # angles from which nothing can be concluded
@@ -124,6 +132,8 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         found.append(
             Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong")
         )
+    if what := beyond_arithmetic(values[used]):
+        found.append(Finding(Severity.ERROR, what, IN_RANGE))
     infinite = np.isinf(values)
     if infinite.any():
         found.append(
@@ -151,7 +161,9 @@ def _uncertainties(scan: xr.Dataset) -> list[Finding]:
     used, found = in_use(scan), []
     for name in (n for n in UNCERTAINTIES if n in scan):
         values, what = scan[name].values, name.replace("uncertainty_systematic", "systematic uncertainty")
-        for word, wrong in (("negative", values < 0), ("infinite", np.isinf(values) & (values > 0))):
+        of_no_square = (values > 0) & np.isfinite(values) & ~is_stated(values)
+        kinds = {"negative": values < 0, "infinite": np.isinf(values) & (values > 0), BEYOND: of_no_square}
+        for word, wrong in kinds.items():
             if wrong.any():
                 remedy = "a standard uncertainty is finite and not negative: mend or empty it; no fit takes it"
                 place = places(scan, wrong)

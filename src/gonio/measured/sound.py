@@ -13,10 +13,31 @@ UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
 VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
 
 
+# Fits square values, uncertainties and residuals. Squares beyond these are zero or infinite in double precision.
+SMALLEST_SQUARED, LARGEST_SQUARED = 1e-150, 1e150
+LEAST_PEAK, MOST_PEAK = 1e-100, 1e100  # of the largest value of a scan, which leaves room for what is smaller
+
+
 def is_stated(uncertainty: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Which standard uncertainties can be used: finite and above zero. Zero and NaN stand where none is stated."""
-    stated: npt.NDArray[np.bool_] = (uncertainty > 0) & np.isfinite(uncertainty)
+    """Which standard uncertainties can be used: above zero, and with a square that is neither zero nor infinite.
+
+    Zero and NaN stand where none is stated.
+    """
+    stated: npt.NDArray[np.bool_] = (uncertainty >= SMALLEST_SQUARED) & (uncertainty <= LARGEST_SQUARED)
     return stated
+
+
+def beyond_arithmetic(values: npt.NDArray[Any]) -> str:
+    """What is wrong with the size of values whose squares a fit takes, in words; empty where nothing is."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest == 0 or LEAST_PEAK <= largest <= MOST_PEAK:
+        return ""
+    return f"the largest brdf value is {largest:g}, and squares of such values overflow or vanish"
+
+
+IN_RANGE = (
+    f"multiply the values by a power of ten, so that it lies between {LEAST_PEAK:g} and {MOST_PEAK:g}"  # the remedy
+)
 
 
 def missing(scan: xr.Dataset) -> str:

@@ -20,7 +20,7 @@ from gonio.fitting.many.layout import Shared
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.status import Status, code
-from gonio.measured.sound import is_stated
+from gonio.measured.sound import LEAST_PEAK, MOST_PEAK, is_stated
 from gonio.measured.stack import StackLanes
 
 Values = npt.NDArray[Any]
@@ -104,6 +104,9 @@ def _block(
     With `absolute` every value in use needs a stated uncertainty, finite and above zero, or its lane is not fitted.
     """
     weights, weighed, of_directions = _weights(problem, values, used, stated)
+    peak = np.abs(values * used).max(axis=1, initial=0.0)
+    weighed &= (peak == 0) | ((peak >= LEAST_PEAK) & (peak <= MOST_PEAK))
+    values = np.where(weighed[:, None], values, 0.0)  # whose squares would be no numbers
     if absolute and stated is not None:
         weighed &= (is_stated(stated) | ~used).all(axis=1)
     one_root = of_directions and bool(used.all())

@@ -163,7 +163,7 @@ def test_spectra_show_every_fitted_value_with_its_uncertainty(spectral):
     """A panel for each parameter of either model, a line for each model, bars of one standard uncertainty."""
     figure = draw("spectra", spectral)
     panels = {ax.get_ylabel(): ax for ax in figure.axes}
-    assert sorted(panels) == ["kd [a.u.]", "kdd [a.u.]", "kid [a.u.]", "ks [a.u.]", "sigma [1]"]
+    assert sorted(panels) == ["kd [a.u.]", "kdd [a.u.]", "kid [a.u.]", "ks [a.u.]", "σ [1]"]
     row = next(row for row in spectral["Al"][1] if row.model.name == "torrance-sparrow")
     for name, unit in (("kd", "a.u."), ("sigma", "1")):
         ax = panels[f"{name} [{unit}]"]

@@ -99,7 +99,7 @@ class ScanOptions:
         from gonio.measured.masking import mask
 
         data = select(read(path), self.select)
-        if self.blocked > 0 or self.floor:
+        if self.blocked or self.floor:
             floor = arguments.number(self.floor, "--floor") if self.floor else None
             data = mask(data, blocked=self.blocked, floor=floor)
         for finding in check(data) if findings else ():
@@ -135,7 +135,7 @@ def chosen_models(names: str) -> "list[Model]":
         return list(catalogue.values())
     if names == "family":
         return [catalogue[name] for name in FAMILY]
-    return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
+    return [catalogue[name] for name in arguments.listed(names)]
 
 
 def processes(asked: int, models: int) -> int:

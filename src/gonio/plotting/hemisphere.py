@@ -49,22 +49,29 @@ def hemisphere(
         for k, (name, view) in enumerate(zip(panels, views, strict=True)):
             ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
             norm = LogNorm(least, most) if logarithmic and least < most else Normalize(0.0, most)
-            gaps = np.isnan(view).any()
-            mesh = ax.pcolormesh(
-                np.radians(azimuth - 180.0),
-                distance,
-                np.ma.masked_invalid(view) if gaps else view,
-                norm=norm,
-                cmap="cividis",
-                shading="nearest" if gaps else "gouraud",  # which has no way to leave a direction blank
-                rasterized=True,
-            )
-            mark_directions(ax, panels[name][0], dark=bool(gaps))
+            mesh, gaps = _coloured(ax, view, norm)
+            mark_directions(ax, panels[name][0], dark=gaps)
             ax.set_title(name, pad=12)
             axes.append(ax)
         figure.colorbar(mesh, ax=axes, label=value_label(unit, quantity), shrink=0.75, pad=0.08)
         heading(figure, title, note, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")
     return figure
+
+
+def _coloured(ax: Any, view: Values, norm: Any) -> tuple[Any, bool]:
+    """The colours of the values over the top view, and whether directions stay blank."""
+    distance, azimuth = top_view()
+    gaps = bool(np.isnan(view).any())
+    mesh = ax.pcolormesh(
+        np.radians(azimuth - 180.0),
+        distance,
+        np.ma.masked_invalid(view) if gaps else view,
+        norm=norm,
+        cmap="cividis",
+        shading="nearest" if gaps else "gouraud",  # which has no way to leave a direction blank
+        rasterized=True,
+    )
+    return mesh, gaps
 
 
 def top_view() -> tuple[Values, Values]:

@@ -32,6 +32,14 @@ def refuse_existing(path: Path, force: bool) -> None:
         raise FileExistsError(f"{path} exists: choose another name, or --force to overwrite it")
 
 
+def refuse_no_folder(path: Path) -> None:
+    """FileNotFoundError with the remedy where the folder that `path` would be written into is not there."""
+    folder = path.parent
+    if not folder.is_dir():
+        what = "is no folder" if folder.exists() else "there is no such folder"
+        raise FileNotFoundError(f"{path} cannot be written: {folder}: {what}; make it first, or mend the name")
+
+
 def refuse_overlap(output: Path, read: Iterable[Path]) -> None:
     """ValueError where an output is one of the paths that are read, lies inside one of them, or holds one."""
     out = output.resolve()
@@ -55,26 +63,23 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
 
     It is an empty file; the block may put a directory in its place. A symbolic link stays, and what it points to is
     replaced. What is written to a device or a pipe goes there when it is complete. Raises FileExistsError where `path`
-    exists and `force` is False, or where it is a directory that does not look like the one that was written; OSError
-    with the name `path`, not the temporary one.
+    exists and `force` is False, or where it is a directory that does not look like the one that was written. OSError
+    and FormatError of the block, and of reading again what it wrote, have the name `path` and not the temporary one.
     """
     path = Path(path)
     refuse_existing(path, force)
     final = path.resolve() if path.is_symlink() else path
+    refuse_no_folder(final)
     is_special = _is_special(final)
-    with _named(path), tempfile.TemporaryDirectory() if is_special else nullcontext() as elsewhere:
-        final.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() if is_special else nullcontext() as elsewhere, naming(path) as hidden:
         # A short name: one made of the final name may be too long where the final name is not.
         handle, name = tempfile.mkstemp(dir=elsewhere or final.parent, prefix=".gonio-", suffix=path.suffix[:20])
         os.close(handle)
         temporary = Path(name)
+        hidden.append(temporary)
         try:
             yield temporary
             _settle(temporary, final, is_special)
-        except OSError as error:
-            if error.filename is not None and Path(os.fsdecode(error.filename)) == temporary:
-                error.filename = str(path)
-            raise
         finally:
             if temporary.is_dir():
                 shutil.rmtree(temporary)
@@ -96,14 +101,31 @@ def _settle(temporary: Path, final: Path, is_special: bool) -> None:
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Have every OSError that names no file name this one: a full disk is told without a name."""
+def naming(path: Path) -> Iterator[list[Path]]:
+    """Have every error of the block name this file, and none a hidden one: a full disk is told without a name.
+
+    Yields a list for the temporary paths that stand for `path` or hold what will be in it.
+    """
+    hidden: list[Path] = []
     try:
-        yield
+        yield hidden
+    except FormatError as error:  # of reading again what was written
+        raise FormatError(_final(error.path, path, hidden), error.what, error.where) from error
     except OSError as error:
-        if error.filename is None and error.errno is not None:
-            error.filename = str(path)
+        if type(error) is OSError and error.errno is None:  # NumPy counts the bytes that found room, and says no more
+            raise OSError(f"{path} could not be written as a whole ({error}): is the disk full?") from error
+        if error.errno is not None:  # without one it is a sentence of gonio's
+            name = error.filename
+            error.filename = str(path if name is None else _final(os.fsdecode(name), path, hidden))
         raise
+
+
+def _final(name: str | Path, path: Path, hidden: Iterable[Path]) -> Path:
+    """The path that a name stands for: one that is hidden, or lies in one, is called as it will be in the end."""
+    for temporary in hidden:
+        if Path(name).is_relative_to(temporary):
+            return path / Path(name).relative_to(temporary)
+    return Path(name)
 
 
 @contextmanager
@@ -115,9 +137,10 @@ def filling(folder: Path, force: bool = False) -> Iterator[Path]:
     refuse_existing(folder, force)
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is no folder: choose another name")
-    with _named(folder):
-        folder.parent.mkdir(parents=True, exist_ok=True)
+    refuse_no_folder(folder)
+    with naming(folder) as hidden:
         temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".gonio-"))
+        hidden.append(temporary)
         try:
             yield temporary
             if folder.exists():

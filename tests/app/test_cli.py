@@ -310,7 +310,7 @@ def test_check(run, scan_file):
 
 @pytest.mark.parametrize("figure", ["curves", "residuals", "components", "hemisphere", "errors"])
 def test_plot(run, scan_file, tmp_path, figure):
-    target = tmp_path / "out" / "figure.png"
+    target = tmp_path / "figure.png"
     code, _out, err = run("plot", scan_file, "--figure", figure, "--models", "lambert,cauchy-lorentz", "--out", target)
     assert code == 0, err
     assert target.stat().st_size > 10_000

@@ -1,5 +1,6 @@
 """The command about stacks: what it tells, what it takes up again, and what it refuses."""
 
+import errno
 import json
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -183,3 +184,15 @@ def test_help_fits_a_terminal_and_loads_no_numerics(run):
     assert max(map(len, out.splitlines())) <= 80
     for option in ("--each", "--block", "--workers", "--scheduler", "--force", "--setting", "--device", "--precision"):
         assert option in out
+
+
+@pytest.mark.parametrize("step", ["create", "write"])
+def test_a_full_disk_is_told_with_the_name_of_the_store(run, here, stack, monkeypatch, step):
+    def no_room(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(f"gonio.fitting.stack.store.{step}", no_room)
+    code, _, err = run(*command(stack))
+    assert code == 1
+    assert f"No space left on device: '{stack.with_name('out.zarr')}'" in err
+    assert ".gonio" not in err

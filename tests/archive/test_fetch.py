@@ -362,6 +362,16 @@ def test_the_command_refuses_in_one_line(run, serve):
     assert "save the columns as tidy CSV" in err
 
 
+def test_a_folder_is_made_only_in_one_that_is_there(run, serve, tmp_path):
+    address, _ = serve("whole")
+    code, _, err = run(NAME, "--base-url", address, "--to", tmp_path / "typo" / "dir")
+    assert code == 1
+    assert "there is no such folder; make it first" in err
+    assert not (tmp_path / "typo").exists()
+    code, out, _ = run(NAME, "--base-url", address, "--to", tmp_path / "new")
+    assert (code, Path(out.strip()).parent) == (0, tmp_path / "new")
+
+
 def test_json_of_a_fetched_file(run, serve):
     address, _ = serve("whole")
     found = json.loads(run(NAME, "--base-url", address, "--json", "-")[1])

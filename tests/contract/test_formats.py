@@ -11,11 +11,11 @@ import pytest
 import xarray as xr
 
 import samples
-from gonio import Problem, catalogue, convert, fit, read, write
+from gonio import Problem, catalogue, convert, fit, read, resample, write
 from gonio.files import FormatError
 from gonio.formats import formats, recognise
 from gonio.formats.format import Format
-from gonio.measured.dataset import flatten, make_scan, points
+from gonio.measured.dataset import flatten, make_scan, modes, points
 from gonio.measured.stack import foreign_dims
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
@@ -66,11 +66,20 @@ def full_scan() -> xr.Dataset:
     )
 
 
-def plain_scan(unit: str = "sr-1") -> xr.Dataset:
-    """What every format can hold: one set, reflected, positive, no gap; numbers that fit in four bytes."""
+def plain_scan(unit: str = "sr-1", kind: Format | None = None) -> xr.Dataset:
+    """What every format can hold: one set, positive, no gap; numbers that fit in four bytes.
+
+    It names no mode, which is reflection, unless it is for a format that holds transmission alone.
+    """
     theta_i, theta_r, phi = (a.ravel() for a in np.meshgrid([10.0, 40], [0.0, 20, 60], [0.0, 90, 180, 270]))
     values = np.round(0.1 + np.cos(np.radians(theta_r)) * np.cos(np.radians(theta_i)) * 8) / 32
-    return make_scan(theta_i, theta_r, values, phi, unit=unit, history="made by hand")
+    scan = make_scan(theta_i, theta_r, values, phi, unit=unit, history="made by hand")
+    return scan if kind is None or kind.holds.reflection else of_mode(scan, "transmission")
+
+
+def of_mode(scan: xr.Dataset, mode: str) -> xr.Dataset:
+    """The flat scan with a mode, or with none."""
+    return scan.assign_coords(mode=("direction", np.full(scan.sizes["direction"], mode))) if mode else scan
 
 
 def assert_same(found: xr.Dataset, expected: xr.Dataset) -> None:
@@ -160,21 +169,61 @@ def test_a_plain_scan_goes_into_every_format(kind, tmp_path):
     """Exact where directions are stored as they are; on a grid, the values that were written, and the error stated."""
     if kind.name in HUGE or kind.holds.quantity:
         pytest.skip("megabytes, or no BRDF: its own tests write it")
-    done = convert(plain_scan(), tmp_path / "plain", kind.name, filling=Filling(("bilateral",), anything, "a model"))
+    plain = plain_scan(kind=kind)
+    done = convert(plain, tmp_path / "plain", kind.name, filling=Filling(("bilateral",), anything, "a model"))
     assert recognise(done.path) is kind
     if kind.layout is None:
         assert done.error.missing == 0
         np.testing.assert_allclose(done.error.error, 0, atol=1e-12)  # angles in radians round by 1e-16
     else:
-        assert in_words(difference(done.scan, plain_scan())) in done.scan.attrs["history"]
+        assert in_words(difference(done.scan, plain)) in done.scan.attrs["history"]
         # Formats of f cos(theta_r) cannot say f on the horizon itself.
         above = done.scan.assign(brdf=done.scan["brdf"].where(done.scan["theta_r"] < 89.9).assign_attrs(units="sr-1"))
-        again = read(done.path)
-        if kind.name.endswith("transmission"):
-            again = again.drop_vars("mode")  # of which a plain scan says nothing
-        written = difference(again, above)
+        written = difference(read(done.path), above)
         assert written.missing == 0
         assert written.largest < 1e-6  # single precision
+
+
+@every_writable
+@pytest.mark.parametrize("mode", ["", "reflection", "transmission"])
+def test_a_mode_is_kept_or_refused_and_never_becomes_the_other(kind, mode, tmp_path):
+    """By `convert` and by `write`, under the suffix of each format: reflection is what names no mode."""
+    if kind.name in HUGE or kind.holds.quantity:
+        pytest.skip("megabytes, or no BRDF: its own tests write it")
+    scan = of_mode(plain_scan(), mode)
+    filling = Filling(("bilateral",), anything, "a model")
+    ready = scan if kind.layout is None else resample(scan, kind.layout(scan), filling=filling)
+    written = 0
+    for suffix in {kind.suffix, ".ddr", ".ddt", ".sdr", ".sdt"}:
+        for name, make in (
+            ("convert", lambda path: convert(scan, path, kind.name, filling=filling)),
+            ("write", lambda path: write(ready, path, to=kind.name)),
+        ):
+            path = tmp_path / f"{name}{suffix}"
+            try:
+                make(path)
+            except ValueError:
+                assert not path.exists()
+            else:
+                written += 1
+                assert modes(read(path)) == {mode or "reflection"}
+    assert bool(written) == ((mode or "reflection") in kind.holds.modes)
+
+
+@every_writable
+def test_of_two_modes_the_one_that_a_format_holds_is_written_with_a_word(kind, tmp_path):
+    if kind.name in HUGE or kind.holds.quantity or len(kind.holds.modes) == 2:
+        pytest.skip("megabytes, no BRDF, or both modes")
+    parts = [of_mode(plain_scan(), mode) for mode in ("reflection", "transmission")]
+    parts[1] = parts[1].assign(brdf=2 * parts[1]["brdf"].assign_attrs(units="sr-1"))
+    parts[1]["brdf"].attrs["units"] = "sr-1"
+    both = xr.concat(parts, dim="direction")
+    done = convert(both, tmp_path / "both", kind.name, filling=Filling(("bilateral",), anything, "a model"))
+    (kept,) = kind.holds.modes
+    assert ("transmission" if kept == "reflection" else "reflection") in done.left_out
+    assert modes(read(done.path)) == {kept}
+    with pytest.raises(ValueError, match=rf"the scan is of .*, and .* of {kept} alone"):
+        write(both, tmp_path / "direct", to=kind.name)
 
 
 @every_writable
@@ -184,11 +233,11 @@ def test_relative_stays_relative_or_is_refused(kind, tmp_path):
     path = tmp_path / "relative"
     filling = Filling(("bilateral",), anything, "a model")
     if kind.holds.relative:
-        convert(plain_scan("a.u."), path, kind.name, filling=filling)
+        convert(plain_scan("a.u.", kind), path, kind.name, filling=filling)
         assert read(path)["brdf"].attrs["units"] == "a.u."
     else:
         with pytest.raises(ValueError, match=r"relative \(a\.u\.\), and .* cannot say so: calibrate them, or write"):
-            convert(plain_scan("a.u."), path, kind.name, filling=filling)
+            convert(plain_scan("a.u.", kind), path, kind.name, filling=filling)
         assert not path.exists()
 
 
@@ -303,7 +352,9 @@ def test_every_other_shared_file_is_refused_by_what_it_is(tmp_path):
         shutil.copyfile(path, renamed)
         with pytest.raises(FormatError) as caught:
             read(renamed)
-        wanted = {".json": "JSON|no object 'data'", ".xlsx": "ZIP archive"}.get(path.suffix, "header")
+        wanted = {".json": "JSON|no object 'data'", ".xlsx": "is a workbook .*: save its table as CSV"}.get(
+            path.suffix, "header"
+        )
         assert re.search(wanted, str(caught.value)), path
 
 

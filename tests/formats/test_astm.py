@@ -118,7 +118,7 @@ def test_what_a_file_cannot_say_is_refused(tmp_path):
         (scan.assign_coords(channel="a,b"), "no name"),
         (scan.assign_coords(channel="650nm"), "wavelengths: rename"),
         (scan.assign_coords(channel="A", wavelength=500.0), "not both"),
-        (scan.assign_coords(mode="transmission"), "not transmission"),
+        (scan.assign_coords(mode="transmission"), "of transmission, and ASTM columns of reflection alone"),
     ]:
         with pytest.raises(ValueError, match=what):
             write(given, tmp_path / "a.astm")

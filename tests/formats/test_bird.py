@@ -153,7 +153,10 @@ def test_units_and_azimuths(tmp_path):
         (make_scan([1], [2], [np.nan]), "no missing and no negative"),
         (make_scan([1], [2], [-1.0]), "no missing and no negative"),
         (make_scan([1], [2], [1.0], unit="a.u."), "calibrate"),
-        (make_scan([1], [2], [1.0], coordinates={"mode": ["transmission"]}), "reflection only"),
+        (
+            make_scan([1], [2], [1.0], coordinates={"mode": ["transmission"]}),
+            "of transmission, and .* of reflection alone",
+        ),
         (make_scan([1], [2], [1.0], coordinates={"polarisation": ["diagonal"]}), "'diagonal'"),
         (make_scan([1], [2], [1.0], variables={"x": ([np.nan], "1")}), "x has missing values"),
     ],

@@ -218,6 +218,8 @@ def test_specular_reflectances_are_no_brdf(tmp_path):
     with pytest.raises(ValueError, match="no specular reflectance"):
         write(make_scan([10.0], [10.0], [0.5], unit="a.u."), tmp_path / "a.sdr")
     with pytest.raises(ValueError, match="no specular transmittance"):
+        write(scan.assign_coords(mode="transmission"), tmp_path / "a.sdt")
+    with pytest.raises(ValueError, match=r"is of reflection, and .* of transmission alone"):
         write(scan, tmp_path / "a.sdt")
 
 
@@ -258,7 +260,7 @@ def test_out_of_plane_layout_goes_round_the_mirror_direction():
 
 def test_what_a_file_cannot_say_is_refused(tmp_path):
     scan = read(saved(tmp_path, MINIMAL))
-    with pytest.raises(ValueError, match=r"\.ddt for transmission"):
+    with pytest.raises(ValueError, match="is of transmission, and Integra diffuse table of reflection alone"):
         write(scan.assign_coords(mode="transmission"), tmp_path / "a.ddr")
     with pytest.raises(ValueError, match="channels R, G, B"):
         write(scan.assign_coords(channel="vis"), tmp_path / "a.ddr")

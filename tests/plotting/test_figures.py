@@ -26,7 +26,7 @@ from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.panels import panel_curves
 from gonio.plotting.profiles import profiles
 from gonio.plotting.spectra import spectra
-from gonio.plotting.style import COLOURS, save
+from gonio.plotting.style import COLOURS, save, symbol
 
 pytestmark = pytest.mark.xdist_group("figures")  # one process, which fits and draws once
 AT, RISE = np.array([30.0, 40.0, 50.0, 70.0, 90.0]), np.array([-3.0, -1.0, 0.0, 1.5, 3.0])
@@ -163,10 +163,10 @@ def test_spectra_show_every_fitted_value_with_its_uncertainty(spectral):
     """A panel for each parameter of either model, a line for each model, bars of one standard uncertainty."""
     figure = draw("spectra", spectral)
     panels = {ax.get_ylabel(): ax for ax in figure.axes}
-    assert sorted(panels) == ["kd [a.u.]", "kdd [a.u.]", "kid [a.u.]", "ks [a.u.]", "sigma [1]"]
+    assert sorted(panels) == ["kd [a.u.]", "kdd [a.u.]", "kid [a.u.]", "ks [a.u.]", "σ [1]"]
     row = next(row for row in spectral["Al"][1] if row.model.name == "torrance-sparrow")
     for name, unit in (("kd", "a.u."), ("sigma", "1")):
-        ax = panels[f"{name} [{unit}]"]
+        ax = panels[f"{symbol(name)} [{unit}]"]
         line = next(line for line in ax.lines if line.get_label() == "torrance-sparrow")
         values = row.solution.parameters()[name]["values"]
         np.testing.assert_array_equal(line.get_xdata(), [450, 500, 600, 700, 850])

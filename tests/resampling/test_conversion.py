@@ -72,7 +72,11 @@ def test_what_is_left_out_is_said(tmp_path):
             "fred",
             "one wavelength and the data have 2: choose with --select wavelength=500",
         ),
-        ({"coordinates": {"mode": np.full(216, "transmission")}}, "fred", "are of transmission, which FRED"),
+        (
+            {"coordinates": {"mode": np.full(216, "transmission")}},
+            "fred",
+            "are of transmission, and FRED .* holds reflection alone",
+        ),
         (
             {"phi_i": np.repeat([0.0, 45.0], 108)},
             "fred",

@@ -149,9 +149,14 @@ def incidence_angles(text: str) -> list[float]:
     return angles
 
 
+OTHER_PICTURES = (".bmp", ".eps", ".gif", ".jpeg", ".jpg", ".pdf", ".ps", ".tif", ".tiff", ".webp")
+
+
 def figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
     """Where a figure goes and in which formats: those of the suffix, or both without one."""
     path = Path(out)
     if path.suffix in (".png", ".svg"):
         return path.with_suffix(""), (path.suffix,)
+    if path.suffix.lower() in OTHER_PICTURES:
+        raise ValueError(f"{out}: figures are written as .png and .svg, not {path.suffix}: choose one of these")
     return path, (".png", ".svg")

@@ -77,10 +77,6 @@ def _gonio() -> None:
     """Typer makes a group of what has a callback."""
 
 
-def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    _complain(str(message))
-
-
 def _complain(message: str) -> None:
     from gonio.outside import printable
 
@@ -92,7 +88,9 @@ TRACE = "GONIO_TRACEBACK"  # set in the environment, an error is raised as it is
 
 def main() -> None:
     """Run the command line; whatever is wrong is one line on standard error and exit code 1."""
-    warnings.showwarning = _warn
+    if not os.environ.get(TRACE):
+        # Those of NumPy, SciPy or Matplotlib name lines of code. What the user must know, gonio says in its own words.
+        warnings.simplefilter("ignore")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal of another encoding lacks ± and µ, and no result for that
             stream.reconfigure(errors="replace")

@@ -6,7 +6,6 @@ option is declared once, in the dataclass, whatever the number of commands that 
 
 import functools
 import inspect
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from pathlib import Path
@@ -22,9 +21,14 @@ if TYPE_CHECKING:
 
     from gonio.model import Model
 
-Scan = Annotated[Path, typer.Argument(help="a measured scan, in any format of `gonio formats`", show_default=False)]
+NO_PIPES = "files, not pipes or -"  # which formats cannot be recognised in, as a file is opened more than once
+Scan = Annotated[
+    Path,
+    typer.Argument(help=f"a measured scan, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
+]
 Scans = Annotated[
-    list[Path], typer.Argument(help="measured scans, in any format of `gonio formats`", show_default=False)
+    list[Path],
+    typer.Argument(help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
@@ -89,19 +93,20 @@ class ScanOptions:
         or compared may be wrong: it is not made worse by that.
         """
         from gonio import check, read
+        from gonio.app.output import warn
         from gonio.measured.check import Severity
         from gonio.measured.dataset import select
         from gonio.measured.masking import mask
 
         data = select(read(path), self.select)
-        if self.blocked > 0 or self.floor:
+        if self.blocked or self.floor:
             floor = arguments.number(self.floor, "--floor") if self.floor else None
             data = mask(data, blocked=self.blocked, floor=floor)
         for finding in check(data) if findings else ():
             if finding.severity is Severity.ERROR:
                 raise ValueError(f"{path}: {finding}")
             if finding.severity is Severity.WARNING:
-                print(f"gonio: {path}: {finding}", file=sys.stderr)
+                warn(path, finding)
         return data
 
     def read_joint(self, paths: list[Path], joint: bool) -> "xr.Dataset":
@@ -130,7 +135,7 @@ def chosen_models(names: str) -> "list[Model]":
         return list(catalogue.values())
     if names == "family":
         return [catalogue[name] for name in FAMILY]
-    return [catalogue[name.strip()] for name in names.split(",") if name.strip()]
+    return [catalogue[name] for name in arguments.listed(names)]
 
 
 def processes(asked: int, models: int) -> int:
@@ -152,13 +157,30 @@ class _Flag(NamedTuple):
 OUTPUTS = ("out", "json")  # the flags and arguments of all commands that name what is written
 
 
+STANDARD_STREAM = "-"
+
+
+def refuse_standard_streams(given: Mapping[str, Any]) -> None:
+    """ValueError where `-` stands for a file: only JSON goes to standard output, and nothing is read from input.
+
+    given: the values of the command line by name.
+    """
+    for name, value in given.items():
+        named = value if isinstance(value, list | tuple) else [value]
+        if name != "json" and any(str(one) == STANDARD_STREAM for one in named):
+            if name == "out":
+                raise ValueError("the output is '-', and only --json writes to standard output: name a file")
+            raise ValueError("'-' is no file, and gonio reads no standard input: save what it holds as a file first")
+
+
 def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> None:
     """ValueError where what a command writes is what it reads, or lies inside or around it, whatever --force says.
 
+    FileNotFoundError where it would lie in a folder that is not there. Both are told before the work is done.
     given: the values of the command line by name. in_place: the argument that an output may be, where a command
     changes a file.
     """
-    from gonio.files import refuse_overlap
+    from gonio.files import refuse_no_folder, refuse_overlap
 
     outputs = {name: given[name] for name in OUTPUTS if given.get(name) and str(given[name]) != "-"}
     read = {name: _paths(value) for name, value in given.items() if name not in OUTPUTS}
@@ -170,6 +192,7 @@ def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> 
         for other, second in outputs.items():
             if other < name and Path(second).resolve() == Path(target).resolve():
                 raise ValueError(f"--{other} and --{name} both name {target}: give two names")
+        refuse_no_folder(Path(target))
 
 
 def _are_one(path: Path, other: Path) -> bool:
@@ -199,6 +222,7 @@ def with_options(command: Callable[..., None], in_place: str = "") -> Callable[.
 
     @functools.wraps(command)
     def call(**given: Any) -> None:
+        refuse_standard_streams(given)
         refuse_to_overwrite_inputs(given, in_place)
         built = {
             name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gonio.files import replacing
+from gonio.files import naming, replacing
 from gonio.outside import printable
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
+STANDARD_OUTPUT = Path("standard output")  # what an error calls it, which may go to a file on a full disk
 LEVEL = 0.95  # of the intervals that are shown
 
 
@@ -31,10 +32,16 @@ class Plain(str):
 
 def show(part: Any) -> None:
     """Print a table, a sentence, or a Plain text; characters that a terminal would obey are shown as escapes."""
-    if isinstance(part, Plain):
-        print(printable(part, keep="\n\t"))
-    else:
-        console().print(printable(part, keep="\n") if isinstance(part, str) else part)
+    with naming(STANDARD_OUTPUT):
+        if isinstance(part, Plain):
+            print(printable(part, keep="\n\t"), flush=True)
+        else:
+            console().print(printable(part, keep="\n") if isinstance(part, str) else part)
+
+
+def warn(path: Path, what: Any) -> None:
+    """Say on standard error what a file's values mean for what comes."""
+    print(f"gonio: {printable(f'{path}: {what}')}", file=sys.stderr)
 
 
 def strong(text: str, rest: str = "") -> "Text":
@@ -55,7 +62,8 @@ def emit_json(data: Any, target: str, force: bool = False) -> None:
     """Write plain data as JSON to a file, or to standard output for `-`; NaN and infinities become null."""
     text = json.dumps(without_infinities(data), indent=2, ensure_ascii=False, allow_nan=False)
     if target == "-":
-        sys.stdout.write(text + "\n")
+        with naming(STANDARD_OUTPUT):
+            print(text, flush=True)
         return
     with replacing(Path(target), force) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")

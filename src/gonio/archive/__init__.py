@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gonio.archive.collection import Collection, PublicFile, collections, named
+from gonio.files import naming, refuse_no_folder
 
 __all__ = ["Collection", "PublicFile", "cache", "collections", "fetch", "named"]
 
@@ -31,11 +32,14 @@ def fetch(
     a folder of the collection in the cache. `accept` is called with the collection before its first download, to show
     licence and citation; an exception that it raises stops the download. `progress` gets the share that has arrived.
     Raises KeyError with the nearest names, ValueError where the archive's file is not the expected one, OSError where
-    the archive does not answer, FileExistsError where `folder` has another file of that name.
+    the archive does not answer, FileExistsError where `folder` has another file of that name, FileNotFoundError where
+    it would be made in a folder that is not there.
     """
     collection, file = named(name)
     root = cache() / collection.name if folder is None else Path(folder)
     target = root / file.basename
+    if folder is not None:
+        refuse_no_folder(root)
     if folder is not None and target.exists() and not _matches(target, file):
         raise FileExistsError(f"{target} exists and is another file: choose another folder")
     if not target.exists():
@@ -49,7 +53,8 @@ def _show_terms(collection: Collection, root: Path, accept: Callable[[Collection
     if not licence.exists():
         accept(collection)
         root.mkdir(parents=True, exist_ok=True)
-        licence.write_text(collection.terms + "\n", encoding="utf-8")
+        with naming(licence):
+            licence.write_text(collection.terms + "\n", encoding="utf-8")
 
 
 def _downloaded(

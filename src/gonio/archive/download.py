@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gonio.archive.collection import PublicFile
+from gonio.files import naming
 
 ATTEMPTS = 4
 PATIENCE = (10.0, 60.0)  # s to connect, and between two pieces of the answer
@@ -102,7 +103,8 @@ class Download:
                 begin, started = out.tell(), time.monotonic()
                 # What has arrived, not a full chunk: an archive that sends a byte a second would never fill one.
                 while chunk := answer.raw.read1(CHUNK):
-                    out.write(chunk)
+                    with naming(self.partial):
+                        out.write(chunk)
                     self.progress(min(out.tell() / self.file.size, 1.0))
                     if out.tell() > self.file.size:  # it cannot be the file: the check of its hash fails next
                         return

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from gonio.door import packed
 from gonio.files import FormatError
 
 LONGEST_LINE = 65_536  # bytes; a longer line is not a row of numbers
@@ -18,14 +19,19 @@ MOST_VALUES = 50_000_000  # numbers that a header may promise; a larger count is
 def head(path: Path, length: int) -> bytes:
     """The first bytes of a file, by which it is recognised.
 
-    Raises FormatError for a path that is no regular file: a pipe would be read for ever, a device without end.
+    Raises FormatError for a path that is no regular file, because a pipe would be read for ever and a device without
+    end, and for a file that is compressed or an archive.
     """
     if not path.exists():
         raise FormatError(path, "there is no such file")
+    if path.is_dir():
+        raise FormatError(path, "is a directory: name a file in it")
     if not path.is_file():
-        raise FormatError(path, "is a directory: name a file in it" if path.is_dir() else "is not a regular file")
+        raise FormatError(path, "is not a regular file, but a pipe or a device: save what it holds as a file first")
     with path.open("rb") as file:
-        return file.read(length)
+        start = file.read(max(length, packed.LENGTH))
+    packed.refuse_packed(path, start)
+    return start[:length]
 
 
 def whole(path: Path, largest: int) -> str:

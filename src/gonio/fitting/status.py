@@ -20,7 +20,9 @@ class Status(StrEnum):
     TOO_FEW_POINTS = "as many values as points or more: nothing is left to tell how good they are"
     NO_POINTS = "not fitted: every value is masked or missing"
     ALL_ZERO = "not fitted: every value is zero"
-    NOT_WEIGHED = "not fitted: some values have no weight, as relative weighting gives none to what is not positive"
+    NOT_WEIGHED = (
+        "not fitted: some values have no weight, as relative weighting gives none to what is not positive, or no square"
+    )
 
 
 STATUSES = tuple(Status)  # their order gives the integers that stand for them, which stores of results hold

@@ -14,7 +14,7 @@ import xarray as xr
 from gonio.door import text
 from gonio.files import FormatError, replacing
 from gonio.formats.format import Format
-from gonio.measured.dataset import DIRECTIONS, add_history, unit
+from gonio.measured.dataset import DIRECTIONS, add_history, modes, unit
 from gonio.measured.sound import missing
 from gonio.model import NearestNames
 
@@ -35,29 +35,31 @@ def formats() -> NearestNames[Format]:
 def recognise(path: str | Path) -> Format:
     """The format of a file, from its content. Raises FormatError where the file is missing, empty or unknown."""
     path = Path(path)
-    if not path.exists():
-        raise FormatError(path, "there is no such file")
     head = _head(path)
     if not head:
         raise FormatError(path, "is empty", "byte 0")
     for candidate in formats().values():
         if candidate.rank >= LAST and (other := _other_file(head)):
-            raise FormatError(path, f"is {other}: gonio knows no BRDF in it", "byte 0")
+            raise FormatError(path, f"is {other}", "byte 0")
         if candidate.recognises(head):
             return candidate
     known = ", ".join(f.title for f in formats().values())
     raise FormatError(path, f"is none of the formats that gonio reads: {known}", "byte 0")
 
 
+NO_BRDF = "gonio knows no BRDF in it"
 OTHER_FILES = {
-    b"PK\x03\x04": "a ZIP archive, or a workbook of Excel 2007 or later (.xlsx)",
-    b"%PDF": "a PDF document",
-    b"\x89PNG": "a PNG picture",
-    b"v/1\x01": "an OpenEXR picture",
-    b"\xd0\xcf\x11\xe0": "a workbook or document of Microsoft Office 97 of no known instrument",
-    b"{": "a JSON document without the metadata and data of a BiRD file",
-    b"[": "a JSON list",
-    b"<": "an XML or HTML document that is no WindowElement of Radiance",
+    b"PK\x03\x04": "a workbook or document (.xlsx, .ods, .docx): save its table as CSV",
+    b"\xd0\xcf\x11\xe0": "a workbook or document of Microsoft Office 97 of no known instrument: save its table as CSV",
+    b"\xff\xfe": "text in UTF-16: save it as UTF-8",
+    b"\xfe\xff": "text in UTF-16: save it as UTF-8",
+    b"\x93NUMPY": f"an array of NumPy (.npy): {NO_BRDF}",
+    b"%PDF": f"a PDF document: {NO_BRDF}",
+    b"\x89PNG": f"a PNG picture: {NO_BRDF}",
+    b"v/1\x01": f"an OpenEXR picture: {NO_BRDF}",
+    b"{": f"a JSON document without the metadata and data of a BiRD file: {NO_BRDF}",
+    b"[": f"a JSON list: {NO_BRDF}",
+    b"<": f"an XML or HTML document that is no WindowElement of Radiance: {NO_BRDF}",
 }
 
 
@@ -118,6 +120,8 @@ def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "")
     path = Path(path)
     chosen = writer(path, to)
     assert chosen.write is not None
+    if other := sorted(modes(scan) - {*chosen.holds.modes}):
+        raise ValueError(f"the scan is of {' and '.join(other)}, and {chosen.title} of {chosen.holds.modes[0]} alone")
     with replacing(path, force) as temporary:
         chosen.write(scan, temporary)
     return chosen

@@ -159,8 +159,6 @@ def _write(scan: xr.Dataset, path: Path) -> None:
         raise ValueError(
             "the scan has gaps, and an ASTM file can hold none: leave them out or let gonio.convert fill them"
         )
-    if "mode" in flat.coords and np.any(flat["mode"].values != "reflection"):
-        raise ValueError("an ASTM file holds reflection, not transmission")
     columns, parts = _columns(flat)
     rows, values = _aligned(parts)
     angles = {n: rows[n].values if n in rows.coords else np.zeros(rows.sizes["direction"]) for n in ("phi_i", "phi")}

@@ -29,8 +29,8 @@ class Holds:
     """What a file of one format can store. `gonio.convert` leaves out the rest of a scan and reports it, or refuses.
 
     `azimuths`: directions out of the plane of incidence. `anisotropic`: surfaces turned about their normal (phi_i).
-    `transmission`: light that goes through. `relative`: a mark for relative data; a format without it is never given
-    relative data. `gaps`: missing values. `negative`: values below zero.
+    `reflection`, `transmission`: which of the two a file can say that it is of. `relative`: a mark for relative data; a
+    format without it is never given relative data. `gaps`: missing values. `negative`: values below zero.
     `channels`: the groups of channels that a file can name, such as R, G and B; without any, all names.
     `alone`: the channel as which one wavelength or one channel alone is stored, for programs that look for no other;
     `alone_among`: channels of which, where all are there, the file stores one under that name.
@@ -42,6 +42,7 @@ class Holds:
 
     azimuths: bool = True
     anisotropic: bool = False
+    reflection: bool = True
     transmission: bool = False
     relative: bool = False
     gaps: bool = False
@@ -53,6 +54,11 @@ class Holds:
     sets: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
     quantity: str = ""
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """The modes that a file can be of."""
+        return ("reflection",) * self.reflection + ("transmission",) * self.transmission
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,20 @@ from gonio.measured.dataset import (
     signed_theta_r,
 )
 from gonio.measured.distinct import combined, distinct_in_groups
+from gonio.measured.sound import (
+    IN_RANGE,
+    LARGEST_SQUARED,
+    SMALLEST_SQUARED,
+    UNCERTAINTIES,
+    beyond_arithmetic,
+    is_stated,
+)
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
 USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
 OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
+BEYOND = f"outside {SMALLEST_SQUARED:g} to {LARGEST_SQUARED:g}"  # where its square overflows or vanishes
 RADIANS = 1.5708  # the quarter of a circle in radians; a scan in degrees whose angles all stay below is a strange one
 STEEP, NEAR = 15.0, 5.0  # deg: incidence at which the two sides are apart, and how near to a direction a lobe lies
 FEW = 5  # angles from which nothing can be concluded
@@ -105,7 +114,7 @@ def _angles(scan: xr.Dataset) -> list[Finding]:
         outside = ~((values >= 0) & (values <= HORIZON))
         if outside.any():
             what = f"{name} outside the hemisphere, 0 to 90 deg, at {_count(outside)}"
-            found.append(Finding(Severity.ERROR, what, "mend or delete these rows", _lines(scan, outside)))
+            found.append(Finding(Severity.ERROR, what, "mend or delete these rows", places(scan, outside)))
     polar = np.concatenate([scan[name].values for name in ("theta_i", "theta_r")])
     if polar.size > 2 * FEW and 0 < polar.max() <= RADIANS and np.unique(scan["theta_r"].values).size > FEW:
         what = f"no polar angle is above {RADIANS:g} deg"
@@ -123,18 +132,20 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         found.append(
             Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong")
         )
+    if what := beyond_arithmetic(values[used]):
+        found.append(Finding(Severity.ERROR, what, IN_RANGE))
     infinite = np.isinf(values)
     if infinite.any():
         found.append(
             Finding(
-                Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", _lines(scan, infinite)
+                Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", places(scan, infinite)
             )
         )
     negative = used & (values < 0)
     if negative.any():
         what = f"brdf is negative at {_count(negative)}"
         remedy = "noise about zero may stay; relative and log weighting need it masked with a floor"
-        found.append(Finding(Severity.WARNING, what, remedy, _lines(scan, negative)))
+        found.append(Finding(Severity.WARNING, what, remedy, places(scan, negative)))
     gaps = int(np.isnan(values).sum())
     if gaps:
         found.append(Finding(Severity.NOTE, f"{gaps} values are missing (NaN)", "they take no part in fits"))
@@ -148,18 +159,27 @@ def _values(scan: xr.Dataset) -> list[Finding]:
 
 def _uncertainties(scan: xr.Dataset) -> list[Finding]:
     used, found = in_use(scan), []
+    for name in (n for n in UNCERTAINTIES if n in scan):
+        values, what = scan[name].values, name.replace("uncertainty_systematic", "systematic uncertainty")
+        of_no_square = (values > 0) & np.isfinite(values) & ~is_stated(values)
+        kinds = {"negative": values < 0, "infinite": np.isinf(values) & (values > 0), BEYOND: of_no_square}
+        for word, wrong in kinds.items():
+            if wrong.any():
+                remedy = "a standard uncertainty is finite and not negative: mend or empty it; no fit takes it"
+                place = places(scan, wrong)
+                found.append(Finding(Severity.WARNING, f"the {what} is {word} at {_count(wrong)}", remedy, place))
     if "uncertainty" in scan:
-        unknown = used & ~(scan["uncertainty"].values > 0)
+        unknown = used & ~(np.abs(scan["uncertainty"].values) > 0)
         if unknown.any():
             what = f"no uncertainty is stated at {_count(unknown)}"
             remedy = "weighting by uncertainty needs one for every value"
-            found.append(Finding(Severity.NOTE, what, remedy, _lines(scan, unknown)))
+            found.append(Finding(Severity.NOTE, what, remedy, places(scan, unknown)))
     if "uncertainty_systematic" in scan:
-        unknown = used & ~(scan["uncertainty_systematic"].values >= 0)
+        unknown = used & np.isnan(scan["uncertainty_systematic"].values)
         if unknown.any():
             what = f"no systematic uncertainty is stated at {_count(unknown)}"
             remedy = "fits leave it out unless every value has one; 0 where there is none"
-            found.append(Finding(Severity.WARNING, what, remedy, _lines(scan, unknown)))
+            found.append(Finding(Severity.WARNING, what, remedy, places(scan, unknown)))
     return found
 
 
@@ -172,10 +192,10 @@ def _duplicates(scan: xr.Dataset, is_grid: bool) -> list[Finding]:
         return []
     if is_grid:
         what = f"{_count(repeated)} stand at nodes of the grid that are one direction"
-        return [Finding(Severity.NOTE, what, "they count once each in a fit", _lines(scan, repeated))]
+        return [Finding(Severity.NOTE, what, "they count once each in a fit", places(scan, repeated))]
     what = f"{_count(repeated)} share their geometry with another"
     remedy = "repeats count once each in a fit; average them or delete what is stale"
-    return [Finding(Severity.WARNING, what, remedy, _lines(scan, repeated))]
+    return [Finding(Severity.WARNING, what, remedy, places(scan, repeated))]
 
 
 def _coverage(scan: xr.Dataset) -> list[Finding]:
@@ -214,8 +234,11 @@ def _count(where: np.ndarray) -> str:
     return f"{total} value{'s' if total != 1 else ''}"
 
 
-def _lines(scan: xr.Dataset, where: np.ndarray, most: int = 5) -> str:
-    """The places: line numbers of the file where the reader kept them, else the directions themselves."""
+def places(scan: xr.Dataset, where: np.ndarray, most: int = 5) -> str:
+    """The first places of a flat scan where something is so.
+
+    Line numbers of the file where the reader kept them, else the directions themselves.
+    """
     rows = np.flatnonzero(where)
     rest = f" and {len(rows) - most} more" if len(rows) > most else ""
     if "line" in scan.variables:

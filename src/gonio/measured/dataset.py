@@ -90,6 +90,11 @@ def unit(scan: xr.Dataset) -> str:
     return str(found)
 
 
+def modes(scan: xr.Dataset) -> set[str]:
+    """The modes of a scan's values; a scan that names none is of reflection."""
+    return set(np.unique(scan["mode"].values).tolist()) if "mode" in scan.coords else {MODES[0]}
+
+
 def flatten(scan: xr.Dataset) -> xr.Dataset:
     """Every value on one `direction` dimension, whatever the dimensions were.
 

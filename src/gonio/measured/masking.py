@@ -14,7 +14,12 @@ def mask(
     `blocked` [deg]: in-plane directions nearer than this to the incident beam, |theta_r + theta_i| < blocked on the
     backscatter side, where the detector's arm stands in the beam. `floor` [unit of the BRDF]: values below it are the
     noise of the instrument. `exclude`: a boolean array over the flat directions, for what only the user knows.
+    Raises ValueError for an angle outside 0 to 180 deg, and for a floor that is no finite number.
     """
+    if not 0 <= blocked <= 180:
+        raise ValueError(f"blocked is {blocked:g}: give an angle from 0 to 180 deg")
+    if floor is not None and not np.isfinite(floor):
+        raise ValueError(f"the floor is {floor:g}: give a finite number in the unit of the BRDF")
     flat = flatten(scan)
     flags = flat["mask"].values.copy() if "mask" in flat else np.zeros(flat.sizes["direction"], dtype=np.int8)
     reasons = []

@@ -4,11 +4,40 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE
 
+UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
 VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
+
+
+# Fits square values, uncertainties and residuals. Squares beyond these are zero or infinite in double precision.
+SMALLEST_SQUARED, LARGEST_SQUARED = 1e-150, 1e150
+LEAST_PEAK, MOST_PEAK = 1e-100, 1e100  # of the largest value of a scan, which leaves room for what is smaller
+
+
+def is_stated(uncertainty: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Which standard uncertainties can be used: above zero, and with a square that is neither zero nor infinite.
+
+    Zero and NaN stand where none is stated.
+    """
+    stated: npt.NDArray[np.bool_] = (uncertainty >= SMALLEST_SQUARED) & (uncertainty <= LARGEST_SQUARED)
+    return stated
+
+
+def beyond_arithmetic(values: npt.NDArray[Any]) -> str:
+    """What is wrong with the size of values whose squares a fit takes, in words; empty where nothing is."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest == 0 or LEAST_PEAK <= largest <= MOST_PEAK:
+        return ""
+    return f"the largest brdf value is {largest:g}, and squares of such values overflow or vanish"
+
+
+IN_RANGE = (
+    f"multiply the values by a power of ten, so that it lies between {LEAST_PEAK:g} and {MOST_PEAK:g}"  # the remedy
+)
 
 
 def missing(scan: xr.Dataset) -> str:
@@ -21,7 +50,7 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
 
     Arrays that stay in a file are looked at piece by piece.
     """
-    for name in ("brdf", *(n for n in ("uncertainty", *DIRECTIONS, "wavelength") if n in scan.variables)):
+    for name in ("brdf", *(n for n in (*UNCERTAINTIES, *DIRECTIONS, "wavelength") if n in scan.variables)):
         if scan[name].dtype.kind not in "fiu":
             yield name, "is no array of numbers"
             return

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gonio.door.text import MOST_VALUES, clip
+from gonio.door.text import MOST_VALUES, clip, head
 from gonio.door.zarr_chunks import METADATA, NAMES, STACK, check_chunks, plans
 from gonio.files import FormatError
 from gonio.measured.dataset import DIRECTIONS, SETS
@@ -28,6 +28,8 @@ def open_stack(path: str | Path) -> xr.Dataset:
     path = Path(path)
     if not path.exists():
         raise FormatError(path, "there is no such Zarr store")
+    if not path.is_dir():
+        head(path, 1)  # refuses pipes and archives in their own words
     if any((path / name).is_file() for name in FORMAT_2) and not (path / METADATA).is_file():
         raise FormatError(path, "is a store of Zarr format 2: save it in format 3", f"{FORMAT_2[0]}, byte 0")
     if not (path / METADATA).is_file():

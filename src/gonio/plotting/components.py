@@ -9,9 +9,8 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.model import Model
-from gonio.plotting.panels import panel_curves
+from gonio.plotting.panels import origin_word, panel_curves
 from gonio.plotting.style import (
-    BRDF_LABELS,
     MEASURED,
     THETA_R,
     angle_ticks,
@@ -20,7 +19,10 @@ from gonio.plotting.style import (
     line_style,
     mark_specular,
     new_figure,
+    quantity_of,
     shared_legend,
+    symbol,
+    value_label,
 )
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ def components(
     `parts_at` gives the weighted terms at the directions of a flat scan, as Solution.components does.
     """
     panels, note = panel_curves(scan, most)
-    measured = "simulated" if "simulated" in scan.attrs else "measured"
+    measured = origin_word(scan)
     with house_style():
         figure = new_figure(max(2.7 * len(panels), 5.0) + 0.6, 5.4)
         axes = figure.subplots(2, len(panels), squeeze=False, sharex="col")
@@ -55,7 +57,7 @@ def components(
                 ax.plot(curve.theta_r, curve.measured, **MEASURED, label=measured)
                 for j, (weight, part) in enumerate(parts.items()):
                     term = model.terms[weight].__name__.replace("_", " ")
-                    ax.plot(curve.fine_theta_r, part, **line_style(j), label=f"{weight} × {term}")
+                    ax.plot(curve.fine_theta_r, part, **line_style(j), label=f"{symbol(weight)} × {term}")
                 ax.plot(curve.fine_theta_r, sum(parts.values()), color="0.0", linewidth=1.0, label="sum")
                 mark_specular(ax, curve.theta_i)
                 angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
@@ -65,7 +67,7 @@ def components(
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
             axes[1, k].set_xlabel(THETA_R)
         for row, scale in enumerate(("linear", "logarithmic")):
-            axes[row, 0].set_ylabel(f"{BRDF_LABELS[dataset.unit(scan)]}, {scale}")
+            axes[row, 0].set_ylabel(f"{value_label(dataset.unit(scan), quantity_of(panels[0].points))}, {scale}")
         shared_legend(figure, axes[0, 0], columns=3)
         heading(figure, title, note)
     return figure

@@ -8,10 +8,11 @@ import xarray as xr
 
 from gonio.comparison.metrics import at_specular
 from gonio.measured import dataset
-from gonio.plotting.panels import Curve, panel_curves
+from gonio.measured.sound import is_stated
+from gonio.plotting.panels import Curve, by_origin, origin_word, panel_curves
 from gonio.plotting.style import (
     BARS,
-    BRDF_LABELS,
+    HOLLOW,
     MEASURED,
     THETA_R,
     Band,
@@ -22,7 +23,9 @@ from gonio.plotting.style import (
     line_style,
     mark_specular,
     new_figure,
+    quantity_of,
     shared_legend,
+    value_label,
 )
 
 if TYPE_CHECKING:
@@ -45,7 +48,7 @@ def curves(
     divides every curve by its own value at the specular angle, as the paper draws them.
     """
     panels, note = panel_curves(scan, most)
-    measured = "simulated" if "simulated" in scan.attrs else "measured"
+    measured = origin_word(scan)
     with house_style():
         figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 5.4)
         axes = figure.subplots(2, len(panels), squeeze=False, sharex="col")
@@ -58,7 +61,7 @@ def curves(
             axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
             _log_limits(axes[1, k])
         for row, scale in enumerate(("linear", "logarithmic")):
-            unit = "f / f(θᵢ)" if normalised else BRDF_LABELS[dataset.unit(scan)]
+            unit = "f / f(θᵢ)" if normalised else value_label(dataset.unit(scan), quantity_of(panels[0].points))
             axes[row, 0].set_ylabel(f"{unit}, {scale}")
         shared_legend(figure, axes[0, 0])
         heading(figure, title, note)
@@ -67,10 +70,13 @@ def curves(
 
 def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str, normalised: bool) -> None:
     scale = at_specular(curve.theta_r, curve.measured, curve.theta_i) if normalised else 1.0
-    ax.plot(curve.theta_r, curve.measured / scale, **MEASURED, label=measured, zorder=1)
-    if "uncertainty" in curve.points and curve.points["uncertainty"].values.any():  # a single scan states zeros
-        spread = curve.points["uncertainty"].values / scale
-        ax.errorbar(curve.theta_r, curve.measured / scale, spread, **BARS, label="standard uncertainty", zorder=0.9)
+    for label, rows in by_origin(curve.points, measured).items():
+        style = MEASURED if label in (measured, "measured") else MEASURED | HOLLOW
+        ax.plot(curve.theta_r[rows], curve.measured[rows] / scale, **style, label=label, zorder=1)
+    if "uncertainty" in curve.points and (stated := is_stated(curve.points["uncertainty"].values)).any():
+        spread = curve.points["uncertainty"].values[stated] / scale
+        label = "standard uncertainty"
+        ax.errorbar(curve.theta_r[stated], curve.measured[stated] / scale, spread, **BARS, label=label, zorder=0.9)
     for k, (name, predictor) in enumerate(fits.items()):
         modelled = predictor(curve.fine)
         scale = at_specular(curve.fine_theta_r, modelled, curve.theta_i) if normalised else 1.0
@@ -90,7 +96,8 @@ def _shade(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], bands: Mappi
 
 def _log_limits(ax: "Axes", most_decades: float = 8.0) -> None:
     """From just below the least positive measured value, so that a model's vanishing tail does not flatten the data."""
-    measured = np.concatenate([line.get_ydata() for line in ax.lines[:1]])
+    # of the dots alone
+    measured = np.concatenate([line.get_ydata() for line in ax.lines if line.get_linestyle() == "None"])
     positive = measured[measured > 0]
     if positive.size:
         least, most = positive.min(), positive.max()

@@ -7,7 +7,6 @@ import numpy as np
 from gonio.measured import dataset
 from gonio.plotting.panels import Curve, panel_curves
 from gonio.plotting.style import (
-    BRDF_LABELS,
     COLOURS,
     MEASURED,
     THETA_R,
@@ -16,7 +15,9 @@ from gonio.plotting.style import (
     house_style,
     mark_specular,
     new_figure,
+    quantity_of,
     shared_legend,
+    value_label,
 )
 from gonio.resampling.difference import Difference
 
@@ -40,7 +41,7 @@ def difference_figure(difference: Difference, name: str, reference: str, *, most
             _errors(axes[1, k], curve)
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
             axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
-        axes[0, 0].set_ylabel(BRDF_LABELS[dataset.unit(difference.points)])
+        axes[0, 0].set_ylabel(value_label(dataset.unit(difference.points), quantity_of(panels[0].points)))
         axes[1, 0].set_ylabel("difference [%]")
         shared_legend(figure, axes[0, 0])
         heading(figure, f"{name} against {reference}", f"rms {100 * difference.rms:.3g} % by solid angle", note)

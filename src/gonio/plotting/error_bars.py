@@ -44,7 +44,7 @@ def error_bars(
                 sample, (centre, 0), (0, -24), ("data", "axes fraction"), "offset points", ha="center", weight="bold"
             )
         ax.set_xlabel("incidence angle θᵢ of each sample", labelpad=20)
-        ax.set_ylabel(f"{metric}, stacked [1]")
+        ax.set_ylabel(f"{metric}, stacked [1]" if len(errors) > 1 else f"{metric} of {next(iter(errors))} [1]")
         ax.grid(axis="x", visible=False)
         ax.set_axisbelow(True)
         shared_legend(figure, ax)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import Geometry
-from gonio.plotting.style import BRDF_LABELS, heading, house_style, new_figure
+from gonio.plotting.style import heading, house_style, new_figure, value_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,46 +23,55 @@ def hemisphere(
     unit: str,
     title: str = "",
     logarithmic: bool = False,
-    one_scale: bool = False,
+    note: str = "",
+    quantity: str = "BRDF",
 ) -> "Figure":
-    """Top views side by side, each a name with its incidence angle [deg] and a function of directions.
+    """Top views side by side, each a title with its incidence angle [deg] and a function of directions.
 
     The distance from the centre is theta_r, the angle is phi; the forward side, phi = 180 deg, is on the right. A cross
-    marks the specular direction. `one_scale` gives all panels the colours of the first.
+    marks the specular direction, of transmission the one straight through. All panels have one scale of colours. A
+    direction without a value, NaN, stays blank.
     """
     distance, azimuth = top_view()
-    views = {
-        name: np.asarray(brdf(Geometry.from_degrees(np.full_like(distance, theta_i), distance, azimuth)))
-        for name, (theta_i, brdf) in panels.items()
-    }
+    views = [
+        np.asarray(brdf(Geometry.from_degrees(np.full_like(distance, theta_i), distance, azimuth)))
+        for theta_i, brdf in panels.values()
+    ]
     with house_style():
         from matplotlib.colors import LogNorm, Normalize
 
         columns = min(len(panels), 2)
         rows = -(-len(panels) // columns)
-        figure = new_figure(4.5 * columns, 3.5 * rows + 0.3)
-        top = max(float(v.max()) for v in views.values())
-        for k, (name, view) in enumerate(views.items()):
+        figure = new_figure(4.0 * columns + 0.9, 3.5 * rows + 0.5)
+        most = max(0.0, *(float(np.nanmax(v, initial=0.0)) for v in views)) or 1.0  # any scale where all is dark
+        least = max(min(float(v[v > 0].min(initial=most)) for v in views), most / 1e6)
+        axes = []
+        for k, (name, view) in enumerate(zip(panels, views, strict=True)):
             ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
-            positive = view[view > 0]
-            most = max(top if one_scale else float(view.max()), 0.0) or 1.0  # any scale where nothing is reflected
-            least = max(float(positive.min(initial=most)), most / 1e6)
-            norm = LogNorm(least, most) if logarithmic and positive.size else Normalize(0.0, most)
-            mesh = ax.pcolormesh(
-                np.radians(azimuth - 180.0),
-                distance,
-                view,
-                norm=norm,
-                cmap="cividis",
-                shading="gouraud",
-                rasterized=True,
-            )
-            theta_i = panels[name][0]
-            mark_directions(ax, theta_i)
-            ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=12)
-            figure.colorbar(mesh, ax=ax, label=BRDF_LABELS[unit], shrink=0.75, pad=0.14)
-        heading(figure, title, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")
+            norm = LogNorm(least, most) if logarithmic and least < most else Normalize(0.0, most)
+            mesh, gaps = _coloured(ax, view, norm)
+            mark_directions(ax, panels[name][0], dark=gaps)
+            ax.set_title(name, pad=12)
+            axes.append(ax)
+        figure.colorbar(mesh, ax=axes, label=value_label(unit, quantity), shrink=0.75, pad=0.08)
+        heading(figure, title, note, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")
     return figure
+
+
+def _coloured(ax: Any, view: Values, norm: Any) -> tuple[Any, bool]:
+    """The colours of the values over the top view, and whether directions stay blank."""
+    distance, azimuth = top_view()
+    gaps = bool(np.isnan(view).any())
+    mesh = ax.pcolormesh(
+        np.radians(azimuth - 180.0),
+        distance,
+        np.ma.masked_invalid(view) if gaps else view,
+        norm=norm,
+        cmap="cividis",
+        shading="nearest" if gaps else "gouraud",  # which has no way to leave a direction blank
+        rasterized=True,
+    )
+    return mesh, gaps
 
 
 def top_view() -> tuple[Values, Values]:
@@ -71,11 +80,15 @@ def top_view() -> tuple[Values, Values]:
     return distance, azimuth
 
 
-def mark_directions(ax: Any, theta_i: float) -> None:
-    """Angles round the rim and outwards, forward on the right, and a cross in the specular direction."""
-    ax.plot(0.0, theta_i, marker="+", color="white", markersize=9, markeredgewidth=1.4)
+def mark_directions(ax: Any, theta_i: float, dark: bool = False) -> None:
+    """Angles round the rim and outwards, forward on the right, and a cross in the specular direction.
+
+    dark: for views with blank directions, on which white marks would not be seen.
+    """
+    colour = "0.45" if dark else "white"
+    ax.plot(0.0, theta_i, marker="+", color=colour, markersize=9, markeredgewidth=1.4)
     ax.set_ylim(0, 90)
-    ax.set_yticks([30, 60], ["30°", "60°"], color="white", fontsize=7.5)
+    ax.set_yticks([30, 60], ["30°", "60°"], color=colour, fontsize=7.5)
     ax.set_rlabel_position(118)
     ax.set_xticks(np.radians([0, 90, 180, 270]), ["180°\nforward", "270°", "0°\nback", "90°"], fontsize=8)
     ax.tick_params(axis="x", pad=7)

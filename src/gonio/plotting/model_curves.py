@@ -8,7 +8,6 @@ import numpy as np
 from gonio.geometry import Geometry
 from gonio.model import Model
 from gonio.plotting.style import (
-    BRDF_LABELS,
     THETA_R,
     angle_ticks,
     heading,
@@ -16,6 +15,7 @@ from gonio.plotting.style import (
     line_style,
     mark_specular,
     new_figure,
+    value_label,
 )
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def model_curves(model: Model, values: Mapping[float, Mapping[str, float]], unit
             ax.set_ylim(max(least, most / DECADES) / 1.5, most * 1.5)
         angle_ticks(ax, -90, 90)
         ax.set_xlabel(THETA_R)
-        ax.set_ylabel(BRDF_LABELS[unit])
+        ax.set_ylabel(value_label(unit))
         figure.legend(loc="outside right upper")
-        heading(figure, title, model.name)
+        heading(figure, title, model.name if model.name not in title else "")
     return figure

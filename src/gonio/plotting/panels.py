@@ -1,5 +1,6 @@
 """Shared by the in-plane figures: which curves of a scan are drawn, and fine grids for the curves of models."""
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +10,12 @@ import xarray as xr
 
 from gonio.comparison.metrics import curves
 from gonio.measured import dataset
+from gonio.resampling.resample import ORIGINS
 
 Values = npt.NDArray[np.float64]
 MOST_CURVES = 6
+FAR_SIDE = "transmission: θᵣ from the normal of the far side"
+GAP = 1.9  # times the usual step: a missing direction of an even scan doubles it
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,41 @@ class Curve:
         return np.asarray(self.points["brdf"].values)
 
 
+_FILLED = re.compile(r"\b[1-9]\d* filled by ")  # in the history: values that a model or a symmetry gave
+
+
+def origin_word(scan: xr.Dataset) -> str:
+    """What the values of a scan are: simulated, measured, or measured and filled by a model or a symmetry."""
+    if "simulated" in scan.attrs:
+        return "simulated"
+    return "measured and filled" if _FILLED.search(scan.attrs.get("history", "")) else "measured"
+
+
+def with_gaps(theta_r: Values, values: Values) -> tuple[Values, Values]:
+    """A curve with a NaN wherever its steps in theta_r are much longer than usual, so that no line crosses a gap."""
+    steps = np.diff(theta_r)
+    after = np.flatnonzero(steps > GAP * np.median(steps)) + 1 if len(steps) > 1 else np.empty(0, dtype=np.intp)
+    return np.insert(theta_r, after, np.nan), np.insert(values, after, np.nan)
+
+
+def by_origin(points: xr.Dataset, word: str) -> dict[str, Any]:
+    """Rows of a flat scan by what gave their values, where it remembers; all under `word` where it does not."""
+    if "origin" not in points:
+        return {word: slice(None)}
+    origin = points["origin"].values.astype(int)
+    kinds = {name: np.flatnonzero(origin == k) for k, name in enumerate(ORIGINS)}
+    return {name.replace("_", " "): rows for name, rows in kinds.items() if rows.size}
+
+
+def first_set(flat: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """The first of several sets (channels, wavelengths, modes ..) of a flat scan, and which it is in words."""
+    first = {name: flat[name].values[0].item() for name in dataset.sets(flat)}
+    if not first:
+        return flat, ""
+    words = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items())
+    return dataset.select(flat, first), words
+
+
 def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve], str]:
     """The in-plane curves to draw, evenly chosen if they are more than `most`, and in words what is not drawn.
 
@@ -37,10 +76,9 @@ def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve]
     """
     flat = dataset.points(scan)
     notes = []
-    first = {name: flat[name].values[0].item() for name in dataset.sets(flat)}
-    if first:
-        flat = dataset.select(flat, first)
-        notes.append(", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items()))
+    flat, note = first_set(flat)
+    notes += [note] * bool(note)
+    notes += [FAR_SIDE] * (dataset.modes(flat) == {"transmission"})
     in_plane = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
     if not in_plane:
         raise ValueError("the scan holds no in-plane curve to draw")

@@ -19,7 +19,7 @@ FAINTEST = 0.02  # share of linear polarisation below which its angle is not dra
 
 
 def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]], *, title: str = "") -> "Figure":
-    """Top views side by side, each a name with its incidence angle [deg] and Stokes vectors (..., 4) of directions.
+    """Top views side by side, each a title with its incidence angle [deg] and Stokes vectors (..., 4) of directions.
 
     Colour is the degree of linear polarisation. Strokes show the direction of the electric field of the reflected light
     as seen from above: tangential is s, radial is p. Where the degree is below FAINTEST there is no stroke.
@@ -27,7 +27,8 @@ def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]
     with house_style():
         columns = min(len(panels), 2)
         rows = -(-len(panels) // columns)
-        figure = new_figure(4.5 * columns, 3.5 * rows + 0.3)
+        figure = new_figure(4.0 * columns + 0.9, 3.5 * rows + 0.7)
+        axes = []
         for k, (name, (theta_i, light)) in enumerate(panels.items()):
             ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
             distance, azimuth = top_view()
@@ -44,8 +45,9 @@ def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]
             )
             _strokes(ax, light, theta_i)
             mark_directions(ax, theta_i)
-            ax.set_title(f"{name}, θᵢ = {theta_i:g}°", pad=12)
-            figure.colorbar(mesh, ax=ax, label="degree of linear polarisation [1]", shrink=0.75, pad=0.14)
+            ax.set_title(name, pad=12)
+            axes.append(ax)
+        figure.colorbar(mesh, ax=axes, label="degree of linear polarisation [1]", shrink=0.75, pad=0.08)
         heading(figure, title, "centre θᵣ = 0, rim 90°; angle φ; + specular direction; strokes: electric field")
     return figure
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gonio.fitting.certainty.profile import Profile
-from gonio.plotting.style import COLOURS, heading, house_style, new_figure, shared_legend
+from gonio.plotting.style import COLOURS, heading, house_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 4
+DECADE = 10.0  # the ratio of the ends of a profile from which its axis is logarithmic
 
 
 def profiles(results: Sequence[Profile], uncertainties: Mapping[str, float], *, title: str = "") -> "Figure":
@@ -39,7 +40,8 @@ def _draw(ax: "Axes", profile: Profile, uncertainty: float) -> None:
 
     low, high = profile.at[0], profile.at[-1]
     ax.axvspan(max(profile.lower, low), min(profile.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
-    fine = np.linspace(low, high, 201)
+    logarithmic = low > 0 and high > DECADE * low
+    fine = np.geomspace(low, high, 201) if logarithmic else np.linspace(low, high, 201)
     smooth = PchipInterpolator(profile.at, profile.rise)(fine) if low < high else np.zeros_like(fine)
     ax.plot(fine, smooth**2, color=COLOURS[0], linewidth=1.5, label="profile")
     ax.plot(profile.at, profile.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
@@ -47,5 +49,8 @@ def _draw(ax: "Axes", profile: Profile, uncertainty: float) -> None:
         parabola = ((fine - profile.value) / uncertainty) ** 2
         ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
     ax.axhline(profile.factor**2, color="0.4", linewidth=0.8, label=f"{100 * profile.level:g} % level")
-    ax.set_xlabel(f"{profile.name} [{unit_label(profile.unit) or '1'}]")
-    ax.locator_params(axis="x", nbins=4)
+    ax.set_xlabel(f"{symbol(profile.name)} [{unit_label(profile.unit) or '1'}]")
+    if logarithmic:
+        ax.set_xscale("log")  # on a linear axis the minimum is a point at the left edge
+    else:
+        ax.locator_params(axis="x", nbins=4)

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
-from gonio.plotting.panels import panel_curves
+from gonio.plotting.panels import panel_curves, with_gaps
 from gonio.plotting.style import (
     THETA_R,
     Predictor,
@@ -33,9 +34,9 @@ def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "
                 error = predictor(curve.points) - curve.measured
                 positive = curve.measured > 0
                 style = line_style(j) | {"linewidth": 1.2}
-                axes[0, k].plot(curve.theta_r, 100 * error / curve.measured.max(), **style, label=name)
-                relative = 100 * error[positive] / curve.measured[positive]
-                axes[1, k].plot(curve.theta_r[positive], relative, **style)
+                axes[0, k].plot(*with_gaps(curve.theta_r, 100 * error / curve.measured.max()), **style, label=name)
+                relative = 100 * error / np.where(positive, curve.measured, np.nan)
+                axes[1, k].plot(*with_gaps(curve.theta_r, relative), **style)
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
             axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
             for ax in axes[:, k]:

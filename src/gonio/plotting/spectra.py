@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gonio.plotting.style import heading, house_style, line_style, new_figure, shared_legend
+from gonio.plotting.style import heading, house_style, line_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _panel(ax: "Axes", name: str, fits: Mapping[str, Mapping[str, Any]], styles:
             ax.plot(x[~determined], y[~determined], "o", markersize=4, markerfacecolor="white", color=style["color"])
     unit = unit_label(str(next(iter(fits.values()))["unit"])) or "1"
     ax.set_xlabel("wavelength [nm]")
-    ax.set_ylabel(f"{name} [{unit}]")
+    ax.set_ylabel(f"{symbol(name)} [{unit}]")
 
 
 def _lines(parameter: Mapping[str, Any]) -> Iterator[tuple[str, list[tuple[float, float, float]]]]:

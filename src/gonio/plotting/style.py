@@ -1,5 +1,6 @@
 """The style of every figure: colours that colour-blind readers can distinguish, units on every axis, PNG and SVG."""
 
+import textwrap
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -10,7 +11,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.files import refuse_existing, replacing
+from gonio.measured import dataset
 from gonio.outside import printable
+from gonio.units import unit_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,9 +33,36 @@ MEASURED: dict[str, Any] = {
     "linestyle": "none",
     "markeredgewidth": 0,
 }
+HOLLOW: dict[str, Any] = {"markerfacecolor": "white", "markeredgewidth": 0.6}  # over MEASURED: not measured
 BARS: dict[str, Any] = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.7}
-BRDF_LABELS = {"sr-1": "BRDF [sr⁻¹]", "a.u.": "BRDF [a.u.]"}
+SPREAD = 0.085  # inches: the mean width of a character of a heading
 THETA_R = "θᵣ [deg], positive is forward"
+
+
+QUANTITIES = {frozenset(["reflection"]): "BRDF", frozenset(["transmission"]): "BTDF"}
+
+
+def quantity_of(scan: xr.Dataset) -> str:
+    """BRDF, BTDF, or BSDF of both modes."""
+    return QUANTITIES.get(frozenset(dataset.modes(scan)), "BSDF")
+
+
+def value_label(unit: str, quantity: str = "BRDF") -> str:
+    """The label of an axis of values in a unit of scans."""
+    return f"{quantity} [{unit_label(unit)}]"
+
+
+GREEK = {"alpha": "α", "beta": "β", "gamma": "γ", "kappa": "κ", "rho": "ρ", "sigma": "σ", "theta": "θ", "tau": "τ"}
+
+
+def symbol(name: str) -> str:
+    """The name of a parameter as a symbol: `rho_s[30]` with a Greek letter and an index."""
+    head, bracket, group = name.partition("[")
+    letters, _, index = head.partition("_")
+    if letters not in GREEK:
+        return name
+    written = rf"$_\mathrm{{{index}}}$" if index.isalnum() else f"_{index}" * bool(index)
+    return GREEK[letters] + written + bracket + group
 
 
 def line_style(k: int) -> dict[str, Any]:
@@ -90,10 +120,16 @@ def shared_legend(figure: "Figure", ax: "Axes", columns: int = 4) -> None:
 
 
 def heading(figure: "Figure", *parts: str) -> None:
-    """A title over all panels, from the parts that are not empty."""
-    text = "  ·  ".join(part for part in parts if part)
-    if text:
-        figure.suptitle(text, fontsize=10)
+    """A title over all panels, from the parts that are not empty, in as many lines as the width of the figure needs."""
+    room = int(figure.get_figwidth() / SPREAD)
+    lines: list[str] = []
+    for part in (p for p in parts if p):
+        if lines and len(lines[-1]) + len(part) + 5 <= room:
+            lines[-1] += f"  ·  {part}"
+        else:
+            lines += textwrap.wrap(part, room) or [part]
+    if lines:
+        figure.suptitle("\n".join(lines), fontsize=10)
 
 
 def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"), force: bool = False) -> list[Path]:

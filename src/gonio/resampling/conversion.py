@@ -88,7 +88,7 @@ def convert(
         if (unit := dataset.unit(written)) != dataset.unit(reduced):
             left_out.append(f"the unit: the file reads as {unit}")
             reduced = reduced.assign(brdf=reduced["brdf"].assign_attrs(units=unit))
-        error = difference(written, _with_mode_of(written, reduced))
+        error = difference(written, reduced)
         scattered = _reflectances(written)
         # A list of directions, or a table as it was, holds what was measured, right or wrong.
         if is_new and not force:
@@ -110,15 +110,6 @@ def _refuse_excess(target: Format, scattered: Sequence[Reflectance]) -> None:
             f"the {target.title} would scatter {100 * worst.value:.4g} % of the light that falls on it, at "
             f"{worst.where}: check the unit of the data and what fills their gaps; --force writes it all the same"
         )
-
-
-def _with_mode_of(written: xr.Dataset, scan: xr.Dataset) -> xr.Dataset:
-    """The scan with the mode of a file of one mode, which is left out of what such a file stores."""
-    modes = np.unique(written["mode"].values) if "mode" in written.coords else np.empty(0)
-    if "mode" in scan.coords or modes.size != 1:
-        return scan
-    flat = scan["brdf"].dims == ("direction",)
-    return scan.assign_coords(mode=("direction", np.full(scan.sizes["direction"], modes[0])) if flat else modes[0])
 
 
 def in_words(error: Difference, target: Format | None = None) -> str:
@@ -160,14 +151,11 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
             f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "
             f"{_formats_where(lambda f: f.holds.relative)}"
         )
-    if "mode" in scan.coords and not holds.transmission and (scan["mode"] == "transmission").any():
-        # Reflection is a BRDF without the transmission; transmission alone would be read as reflection.
-        if not (scan["mode"] == "reflection").any():
-            raise ValueError(f"the data are of transmission, which {target.title} does not hold")
-        scan = dataset.select(scan, {"mode": "reflection"})
-        left_out.append("transmission")
+    scan, removed = _in_known_modes(scan, target)
+    left_out += removed
     # The number of a single wavelength can be left out. Which of several is wanted, only the user can say.
-    for name in (n for n in SETS if n in scan.coords and n not in holds.sets):
+    kept = ("mode",) if holds.transmission and len(dataset.modes(scan)) == 1 else ()  # which the file says
+    for name in (n for n in SETS if n in scan.coords and n not in (*holds.sets, *kept)):
         values = np.unique(scan[name].values)
         if values.size > 1:
             raise ValueError(
@@ -189,6 +177,23 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
         left_out.append(f"the mask: {masked} masked values became gaps" if masked else "an empty mask")
     scan, removed = _without_variables(scan, target)
     return scan, left_out + removed
+
+
+def _in_known_modes(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
+    """The scan without the mode that the format cannot hold, and what that was.
+
+    Raises ValueError where nothing would be left: transmission must never be read as reflection, nor the reverse.
+    """
+    found, known = dataset.modes(scan), target.holds.modes
+    if found <= {*known}:
+        return scan, []
+    if not found & {*known}:
+        (mode,), remedy = found, "write a format that holds it"
+        if "mode" not in scan.coords:
+            mode, remedy = f"{mode}, as they name no mode", "where light went through, add mode = transmission to them"
+        raise ValueError(f"the data are of {mode}, and {target.title} holds {known[0]} alone: {remedy}")
+    (other,) = found - {*known}
+    return dataset.select(scan, {"mode": known[0]}), [other]
 
 
 def _in_known_channels(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:

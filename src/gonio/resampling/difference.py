@@ -71,15 +71,17 @@ class Difference:
         return self._rms((self.points["theta_i"].values <= STEEP) & (self.points["theta_r"].values <= STEEP))
 
     def _rms(self, rows: npt.NDArray[np.bool_]) -> float:
-        weights, reference = self.weights[rows], self.points["brdf"].values[rows]
+        weights = self.weights[rows]
+        reference, error = _of_order_one(self.points["brdf"].values[rows], self.error[rows])
         total = float(np.sum(weights * reference**2))
-        return math.sqrt(float(np.sum(weights * self.error[rows] ** 2)) / total) if total else math.nan
+        return math.sqrt(float(np.sum(weights * error**2)) / total) if total else math.nan
 
     @property
     def bias(self) -> float:
         """The solid-angle-weighted sum of differences over that of the reference: positive if the other is higher."""
-        total = float(np.sum(self.weights * self.points["brdf"].values))
-        return float(np.sum(self.weights * self.error)) / total if total else math.nan
+        reference, error = _of_order_one(self.points["brdf"].values, self.error)
+        total = float(np.sum(self.weights * reference))
+        return float(np.sum(self.weights * error)) / total if total else math.nan
 
     @property
     def largest(self) -> float:
@@ -147,6 +149,13 @@ def log10_rmse(reference: Values, other: Values, floor: float) -> float:
         return math.nan
     errors = np.log10(np.maximum(other[positive], floor) / reference[positive])
     return float(np.sqrt(np.mean(errors**2)))
+
+
+def _of_order_one(reference: Values, error: Values) -> tuple[Values, Values]:
+    """Both over the same power of two, so that squares neither overflow nor vanish; ratios keep every bit."""
+    largest = max(float(np.abs(reference).max(initial=0.0)), float(np.abs(error).max(initial=0.0)))
+    exponent = -math.frexp(largest)[1] if math.isfinite(largest) else 0
+    return np.ldexp(reference, exponent), np.ldexp(error, exponent)
 
 
 def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:

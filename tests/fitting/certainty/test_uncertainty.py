@@ -208,7 +208,7 @@ def test_refused_covariances():
     with pytest.raises(ValueError, match=r"uncertainty_sr-1 .* choose robust or scaled"):
         fit(without, covariance="absolute")
     scan["uncertainty"].values[3] = 0
-    with pytest.raises(ValueError, match="1 of 153 have none: choose robust or scaled"):
+    with pytest.raises(ValueError, match=r"1 of 153 have none: theta_i 30, .* deg: choose robust or scaled"):
         fit(Problem(catalogue["torrance-sparrow"], scan), covariance="absolute")
 
 

@@ -5,12 +5,14 @@ from typing import Annotated
 import typer
 
 from gonio.app.model_options import ValueOptions
-from gonio.app.options import OutputOptions
+from gonio.app.options import NO_PIPES, OutputOptions
 from gonio.app.views import physics
 
 
 def command(
-    target: Annotated[str, typer.Argument(help="a model, a scan, or a fit's solution.nc", show_default=False)],
+    target: Annotated[
+        str, typer.Argument(help=f"a model, a scan, or a fit's solution.nc ({NO_PIPES})", show_default=False)
+    ],
     values: ValueOptions,
     output: OutputOptions,
     samples: Annotated[

@@ -34,6 +34,8 @@ def command(
 ) -> None:
     """Fit several models to scans and rank them."""
     models, solver = chosen_models(ranked.models), search.chosen()
+    if not models:
+        raise ValueError("--models names no model: there is nothing to compare")
     loaded = [(path, scan.read(path)) for path in scans]
     rankings = []
     with progress_bar("comparing") as progress:

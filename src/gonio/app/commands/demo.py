@@ -12,7 +12,7 @@ from gonio.app.report.demo import write_demo
 
 def command(
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="where the page and the tables go")] = "demo",
-    seed: Annotated[int, typer.Option("--seed", help="seed of the random numbers")] = 2023,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="seed of the random numbers")] = 2023,
     force: Force = False,
 ) -> None:
     """Run the paper's study and write it as one page."""

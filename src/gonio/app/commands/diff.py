@@ -7,7 +7,7 @@ import typer
 
 from gonio import read
 from gonio.app import arguments
-from gonio.app.options import OutputOptions, Select
+from gonio.app.options import NO_PIPES, OutputOptions, Select
 from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.measured.dataset import select as select_sets
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    a: Annotated[Path, typer.Argument(help="the file that is compared", show_default=False)],
+    a: Annotated[Path, typer.Argument(help=f"the file that is compared ({NO_PIPES})", show_default=False)],
     b: Annotated[Path, typer.Argument(help="the reference, at whose directions both are taken", show_default=False)],
     output: OutputOptions,
     select: Select = [],  # noqa: B006 - typer reads the default and never changes it

@@ -20,7 +20,7 @@ from gonio.app.report import study as paper
 from gonio.app.report.study import COMPARED_AT, Sample, Study
 from gonio.app.views.figures import predictors
 from gonio.comparison.ranking import drop
-from gonio.files import refuse_existing, replacing
+from gonio.files import naming, refuse_existing, refuse_no_folder, replacing
 from gonio.fitting.search.solver import Progress
 from gonio.measured.dataset import flatten
 from gonio.plotting.components import components
@@ -47,6 +47,9 @@ def write_demo(folder: Path, *, seed: int, force: bool, progress: Progress) -> P
     """
     page = folder / "index.html"
     refuse_existing(page, force)
+    refuse_no_folder(folder)
+    with naming(folder):
+        folder.mkdir(exist_ok=True)
     study = paper.run(seed, lambda fraction: progress(STUDY_SHARE * fraction))
     tables = _tables(study)
     drawings = _drawings(study)
@@ -187,13 +190,11 @@ def _drawings(study: Study) -> dict[str, Draw]:
         out |= _drawings_of(surface)
     al, sr = study.surfaces[0], next(s for s in study.surfaces if s.constants.name == "SR107")
     out["residuals"] = functools.partial(residuals, _compared(al), predictors(al.rows), title="Al, simulated")
-    samples = {s.constants.name: (40.0, s.brdf(40.0)) for s in study.surfaces}
+    samples = {f"{s.constants.name}, θᵢ = 40°": (40.0, s.brdf(40.0)) for s in study.surfaces}
     out["figure8"] = functools.partial(hemisphere, samples, unit="a.u.", title="Published constants, as Fig 8")
     angles = {f"SR107 ({letter})": a for letter, a in zip("abcd", (20.0, 30.0, 40.0, 50.0), strict=True)}
-    panels = {name: (a, sr.brdf(a)) for name, a in angles.items()}
-    out["figure9"] = functools.partial(
-        hemisphere, panels, unit="a.u.", title="Published constants, as Fig 9", one_scale=True
-    )
+    panels = {f"{name}, θᵢ = {a:g}°": (a, sr.brdf(a)) for name, a in angles.items()}
+    out["figure9"] = functools.partial(hemisphere, panels, unit="a.u.", title="Published constants, as Fig 9")
     printed = {_LABELS[m]: e for m, e in study.printed["errors"].items() if m in _LABELS}
     out["printed"] = functools.partial(
         error_bars, printed, COMPARED_AT, metric="error as printed", title="Tables 2 and 3 as printed (Fig 12)"

@@ -19,19 +19,22 @@ from gonio.plotting.components import components
 from gonio.plotting.convergence import convergence
 from gonio.plotting.curves import curves
 from gonio.plotting.error_bars import error_bars
-from gonio.plotting.hemisphere import hemisphere
+from gonio.plotting.hemisphere import hemisphere, top_view
 from gonio.plotting.model_curves import model_curves
+from gonio.plotting.panels import FAR_SIDE, first_set, origin_word
 from gonio.plotting.polarisation import polarisation
 from gonio.plotting.residuals import residuals
 from gonio.plotting.spectra import SPECTRAL, spectra
-from gonio.plotting.style import Band
+from gonio.plotting.style import Band, quantity_of
 from gonio.polarisation import reflected
+from gonio.resampling.resample import resample
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Ranked = Mapping[str, tuple[xr.Dataset, Sequence[Row]]]
 MOST_PANELS = 4
+OF_FITS = ("residuals", "components", "convergence", "spectra", "errors")  # figures that show nothing of a scan alone
 
 
 def draw(kind: str, ranked: Ranked, normalised: bool = False, banded: bool = False) -> "Figure":
@@ -42,6 +45,8 @@ def draw(kind: str, ranked: Ranked, normalised: bool = False, banded: bool = Fal
     """
     if banded and (normalised or kind != "curves"):
         raise ValueError("bands are drawn on curves that are not normalised: leave out --band, or the other option")
+    if kind in OF_FITS and not all(rows for _, rows in ranked.values()):
+        raise ValueError(f"{kind} shows fits, and no model was fitted: name one with --models")
     if kind == "errors":
         return _errors(ranked)
     if len(ranked) > 1:
@@ -76,7 +81,12 @@ def _residuals(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
 
 def _components(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
     best = rows[0]
-    return components(scan, best.model, best.solution.components, title=f"{name}: {best.model.name}")
+    return components(
+        scan,
+        best.model,
+        best.solution.components,
+        title=name if name == best.model.name else f"{name}: {best.model.name}",
+    )
 
 
 def _convergence(name: str, _scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
@@ -87,15 +97,52 @@ def _convergence(name: str, _scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
 
 
 def _hemisphere(name: str, scan: xr.Dataset, rows: Sequence[Row]) -> "Figure":
-    best, flat = rows[0], dataset.points(scan)
-    angles = np.unique(flat["theta_i"].values)
-    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, MOST_PANELS).round().astype(int))]
+    """The scan as measured, where it covers more than the plane of incidence, and the best model beside it."""
+    flat, note = first_set(dataset.points(scan))
+    # A format's own interpolation needs its own axes.
+    whole = first_set(scan)[0] if dataset.PARAMETERISATION in scan.attrs else None
+    outside = np.unique(flat["theta_i"].values[~dataset.is_in_plane(flat)])
+    if not rows and not outside.size:
+        raise ValueError(
+            "the scan is only of the plane of incidence, which covers no hemisphere: draw curves, or name a model with "
+            "--models, whose hemisphere is drawn"
+        )
+    angles = outside if outside.size else np.unique(flat["theta_i"].values)
+    most = MOST_PANELS // 2 if rows and outside.size else MOST_PANELS
     panels: dict[str, tuple[float, Callable[[Geometry], Any]]] = {}
-    for angle in chosen:
-        here = flat.isel(direction=[int(np.flatnonzero(flat["theta_i"].values == angle)[0])])
-        values = {k: float(np.ravel(v)[0]) for k, v in best.solution.at(here).items()}
-        panels[f"{best.model.name} {len(panels) + 1}"] = (float(angle), partial(_at, best.model, values))
-    return hemisphere(panels, unit=dataset.unit(scan), title=name, logarithmic=True)
+    for angle in angles[np.unique(np.linspace(0, len(angles) - 1, most).round().astype(int))].tolist():
+        here = flat.isel(direction=np.flatnonzero(flat["theta_i"].values == angle))
+        if outside.size:
+            panels[f"{origin_word(scan)}, θᵢ = {angle:.4g}°"] = (
+                angle,
+                partial(_as_measured, here if whole is None else whole, angle),
+            )
+        if rows:
+            values = {k: float(np.ravel(v)[0]) for k, v in rows[0].solution.at(here.isel(direction=[0])).items()}
+            panels[f"{rows[0].model.name}, θᵢ = {angle:.4g}°"] = (angle, partial(_at, rows[0].model, values))
+    notes = [note] if note else []
+    notes += [f"{len(panels) // (1 + bool(rows))} of {len(angles)} incidence angles"] * (len(angles) > most)
+    notes += [FAR_SIDE] * (quantity_of(flat) == "BTDF")
+    notes += ["the scan itself is of the plane of incidence alone"] * (not outside.size)
+    return hemisphere(
+        panels,
+        unit=dataset.unit(scan),
+        title=name,
+        logarithmic=True,
+        note="; ".join(notes),
+        quantity=quantity_of(flat),
+    )
+
+
+def _as_measured(here: xr.Dataset, theta_i: float, _: Geometry) -> Any:
+    """The values of one set at an incidence angle [deg] over the top view, NaN where nothing near was measured."""
+    theta_r, phi = top_view()
+    onto = dataset.make_scan(np.full(theta_r.size, theta_i), theta_r.ravel(), np.zeros(theta_r.size), phi.ravel())
+    if "phi_i" in here.coords:  # a surface that was turned is seen as it lay first
+        onto = onto.assign_coords(phi_i=("direction", np.full(theta_r.size, np.ravel(here["phi_i"].values)[0])))
+        onto["phi_i"].attrs["units"] = "degree"
+    directions = onto.drop_vars([str(n) for n in onto.data_vars])
+    return resample(here, directions)["brdf"].values.reshape(theta_r.shape)
 
 
 def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
@@ -136,14 +183,11 @@ def draw_model(kind: str, surface: EvaluatedModel, theta_i: Sequence[float], sto
         raise ValueError(f"{kind} has room for {MOST_PANELS} incidence angles: name fewer with --theta-i")
     if kind == "dolp":
         polarised = {
-            f"{surface.model.name} {k + 1}": (angle, partial(_light, surface.model, surface.values(angle), stokes))
-            for k, angle in enumerate(theta_i)
+            f"θᵢ = {angle:g}°": (angle, partial(_light, surface.model, surface.values(angle), stokes))
+            for angle in theta_i
         }
         return polarisation(polarised, title=title)
-    views = {
-        f"{surface.model.name} {k + 1}": (angle, partial(_at, surface.model, surface.values(angle)))
-        for k, angle in enumerate(theta_i)
-    }
+    views = {f"θᵢ = {angle:g}°": (angle, partial(_at, surface.model, surface.values(angle))) for angle in theta_i}
     return hemisphere(views, unit=surface.unit, title=title, logarithmic=True)
 
 

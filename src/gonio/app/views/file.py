@@ -14,6 +14,7 @@ from gonio.formats import read, recognise
 from gonio.measured import dataset
 from gonio.measured.check import check, further
 from gonio.measured.half_width import half_widths
+from gonio.measured.sound import is_stated
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
@@ -26,6 +27,7 @@ def describe(path: Path) -> dict[str, Any]:
     scan, kind = read(path), recognise(path)
     flat = dataset.flatten(scan)
     used = dataset.in_use(flat)
+    stated = int((used & is_stated(flat["uncertainty"].values)).sum()) if "uncertainty" in flat else 0
     in_plane = bool(dataset.is_in_plane(flat).all())
     found = [] if foreign_dims(scan) else energy.of_table(scan)
     return {
@@ -45,7 +47,8 @@ def describe(path: Path) -> dict[str, Any]:
         "wavelengths": _distinct(scan, "wavelength"),
         "channels": _distinct(scan, "channel"),
         "symmetry": _symmetry(scan, in_plane),
-        "uncertainty": "uncertainty" in flat,
+        "uncertainty": bool(stated),
+        "uncertainty_stated": stated,
         "further": further(flat),
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
@@ -147,10 +150,18 @@ def _facts(record: dict[str, Any]) -> Any:
             facts.add_row(name, listed(record[name], unit))
     if record["reflectance"]:
         facts.add_row("reflectance", energy.in_words(record["reflectance"]))
-    facts.add_row("uncertainty", "stated" if record["uncertainty"] else "not stated")
+    facts.add_row("uncertainty", _share_stated(record))
     if record["further"]:
         facts.add_row("kept, not used", ", ".join(record["further"]))
     return facts
+
+
+def _share_stated(record: dict[str, Any]) -> str:
+    """At how many of the values in use a standard uncertainty is stated that can be used."""
+    stated, of = record["uncertainty_stated"], record["points_in_use"]
+    if stated in (0, of):
+        return "stated" if stated else "not stated"
+    return f"stated at {stated} of {of} values in use"
 
 
 def listed(values: list[Any], unit: str, most: int = 12) -> str:

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.app.output import figure, strong
+from gonio.app.output import figure, strong, warn
 from gonio.app.views import contents
 from gonio.fitting import Solution
 from gonio.formats import read
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.check import Severity
+from gonio.measured.check import check as findings_of
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity
@@ -40,7 +42,11 @@ def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked
             return _of_solution(path, solution)
         if contents.stack_in(path) is not None:
             raise ValueError(f"{path}: holds many scans, and a check takes one: gonio info says which")
-        return {path.name: of_scan(read(path))}
+        scan = read(path)
+        for finding in findings_of(scan):
+            if finding.severity is Severity.WARNING:
+                warn(path, finding)
+        return {path.name: of_scan(scan)}
     return _of_model(catalogue[target], values, samples)
 
 

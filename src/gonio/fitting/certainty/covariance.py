@@ -137,7 +137,7 @@ def systematic_shift(problem: Problem, vector: Values, pinned: Mask) -> Values:
     that the data do not determine.
     """
     uncertainty = problem.points.get("uncertainty_systematic")
-    if uncertainty is None or not (uncertainty.values >= 0).all():
+    if uncertainty is None or not ((uncertainty.values >= 0) & np.isfinite(uncertainty.values)).all():
         return np.full(len(vector), np.nan)
     error = problem.error(uncertainty.values)
     if blocked := in_blocks(problem):

@@ -20,6 +20,7 @@ from gonio.fitting.many.layout import Shared
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.status import Status, code
+from gonio.measured.sound import LEAST_PEAK, MOST_PEAK, is_stated
 from gonio.measured.stack import StackLanes
 
 Values = npt.NDArray[Any]
@@ -100,11 +101,14 @@ def _block(
 ) -> LaneBlock:
     """The block of some lanes (rows,), from their values, which are in use, and stated uncertainties (rows, points).
 
-    With `absolute` every value in use needs a stated uncertainty above zero, or its lane is not fitted.
+    With `absolute` every value in use needs a stated uncertainty, finite and above zero, or its lane is not fitted.
     """
     weights, weighed, of_directions = _weights(problem, values, used, stated)
+    peak = np.abs(values * used).max(axis=1, initial=0.0)
+    weighed &= (peak == 0) | ((peak >= LEAST_PEAK) & (peak <= MOST_PEAK))
+    values = np.where(weighed[:, None], values, 0.0)  # whose squares would be no numbers
     if absolute and stated is not None:
-        weighed &= ((stated > 0) | ~used).all(axis=1)
+        weighed &= (is_stated(stated) | ~used).all(axis=1)
     one_root = of_directions and bool(used.all())
     root = np.sqrt(weights) if one_root else np.sqrt(weights) * used
     scale = np.sqrt(np.sum((root * values) ** 2, axis=1))
@@ -118,7 +122,7 @@ def _block(
     values = np.where((status == FITTED)[:, None], values, 0.0) * root / scale[:, None]
     error = np.zeros((0, values.shape[1]))
     if absolute and stated is not None:
-        error = np.where(used & (stated > 0), stated, 0.0) * root / scale[:, None]
+        error = np.where(used & is_stated(stated), stated, 0.0) * root / scale[:, None]
     counts = ~shared.filled.reshape(shared.layout.cells, shared.layout.rows, 1)  # padding repeats points
     return LaneBlock(
         one_root=one_root,

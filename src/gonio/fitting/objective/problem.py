@@ -30,6 +30,7 @@ from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.measured.instrument import Acceptance
+from gonio.measured.sound import IN_RANGE, beyond_arithmetic
 from gonio.measured.stack import foreign_dims
 from gonio.model import Model
 from gonio.options import options_of
@@ -79,6 +80,8 @@ class Problem(ProblemOptions):
             raise ValueError("models describe reflection, but the scan has transmission: add --select mode=reflection")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
+        if what := beyond_arithmetic(self.measured):
+            raise ValueError(f"{what}: {IN_RANGE}")
 
     def _refuse_unknown_names(self) -> None:
         for field, option in options_of(ProblemOptions).items():

@@ -22,6 +22,9 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.measured.check import places
+from gonio.measured.sound import LARGEST_SQUARED, SMALLEST_SQUARED, is_stated
+
 Values = npt.NDArray[np.float64]
 
 
@@ -57,7 +60,7 @@ def _relative(points: xr.Dataset, floor: float) -> Values:
     the BRDF at which both parts are equal. A floor also gives a finite weight to values that are zero or negative.
     Without one the weight is 1/m^2, which a value of zero does not have.
     """
-    values = points["brdf"].values if floor > 0 else _positive(points, "relative")
+    values = points["brdf"].values if floor > 0 else _positive(points, "relative", SMALLEST_SQUARED)
     weights: Values = 1 / (values**2 + floor**2)
     return weights
 
@@ -79,26 +82,27 @@ def _inverse_variance(points: xr.Dataset, floor: float) -> Values:
 def stated(points: xr.Dataset, purpose: str, remedy: str) -> Values:
     """The standard uncertainty (points,) of every value of a flat scan, in the unit of the BRDF.
 
-    Raises ValueError where the scan states none, or where one is not positive. The message begins with `purpose`, for
-    which the uncertainty is needed, and ends with `remedy`.
+    Raises ValueError where the scan states none, or where one is not positive and finite, with the first place. The
+    message begins with `purpose`, for which the uncertainty is needed, and ends with `remedy`.
     """
     if "uncertainty" not in points:
         raise ValueError(
             f"{purpose} needs a column uncertainty_sr-1 (or std_sr-1), and the scan has none: add it, or {remedy}"
         )
     uncertainty: Values = points["uncertainty"].values
-    unknown = int((~(uncertainty > 0)).sum())  # not `<= 0`: an empty cell is NaN, for which every comparison is false
-    if unknown:
-        raise ValueError(
-            f"{purpose} needs a positive uncertainty for every value, "
-            f"and {unknown} of {len(uncertainty)} have none: {remedy}"
-        )
+    if (unknown := ~is_stated(uncertainty)).any():
+        wrong = int((unknown & (np.abs(uncertainty) > 0)).sum())
+        limits = f"outside {SMALLEST_SQUARED:g} to {LARGEST_SQUARED:g}"
+        of_them = f" ({wrong} {'is' if wrong == 1 else 'are'} negative, infinite or {limits})" if wrong else ""
+        those = f"{int(unknown.sum())} of {len(uncertainty)} have none{of_them}"
+        where = places(points, unknown, 1)
+        raise ValueError(f"{purpose} needs a positive uncertainty for every value, and {those}: {where}: {remedy}")
     return uncertainty
 
 
 def _logarithmic(points: xr.Dataset, floor: float) -> Values:
     """Equal weights of differences of logarithms, which are relative errors where these are small."""
-    _positive(points, "log")
+    _positive(points, "log", 0.0)
     return _uniform(points)
 
 
@@ -106,18 +110,26 @@ def _is_positive(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
     return np.asarray((points["brdf"].values > 0) | (floor > 0))
 
 
+def _has_square(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
+    return np.asarray((points["brdf"].values >= SMALLEST_SQUARED) | (floor > 0))
+
+
 def _is_stated(points: xr.Dataset, floor: float) -> npt.NDArray[np.bool_]:
-    return np.asarray(points["uncertainty"].values > 0)
+    return is_stated(points["uncertainty"].values)
 
 
-def _positive(points: xr.Dataset, name: str) -> Values:
-    """The measured values (points,), all positive; ValueError with the remedies of the weighting where some are not."""
+def _positive(points: xr.Dataset, name: str, least: float) -> Values:
+    """The measured values (points,), all positive and at least `least`.
+
+    Raises ValueError with the remedies of the weighting where some are not.
+    """
     values: Values = points["brdf"].values
-    not_positive = int((values <= 0).sum())
-    if not_positive:
+    unfit = int(((values <= 0) | (values < least)).sum())
+    if unfit:
+        needed = "positive values" if (values <= 0).any() else f"values of at least {least:g}, which have a square"
         with_floor = "give a noise floor (--noise-floor), " if WEIGHTINGS[name].floored else ""
         raise ValueError(
-            f"{name} weighting needs positive values, and {not_positive} of {len(values)} are not: {with_floor}"
+            f"{name} weighting needs {needed}, and {unfit} of {len(values)} are not: {with_floor}"
             "mask what is below a floor (--floor) or choose another weighting"
         )
     return values
@@ -129,7 +141,7 @@ WEIGHTINGS: Mapping[str, Weighting] = {
         "1/(brdf^2 + floor^2): equal relative errors count alike above a noise floor",
         _relative,
         floored=True,
-        suits=_is_positive,
+        suits=_has_square,
     ),
     "solid-angle": Weighting("cos theta_r sin theta_r: a point's part in the reflected flux", _solid_angle),
     "uncertainty": Weighting(

@@ -19,6 +19,7 @@ from gonio.fitting.objective.blocks import BlockedProblem
 from gonio.fitting.objective.differences import SMALLEST
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.descent import Descent, LeastSquares, descend, polish
+from gonio.fitting.search.refit import smallest
 from gonio.fitting.search.solver import Optimum
 
 Values = npt.NDArray[np.float64]
@@ -94,7 +95,7 @@ def _minimum(problem: Problem, points: BlockedProblem, start: Values) -> Descent
     of `points`. They cannot be taken by differences of its residual, whose rows mean something else at each vector.
     """
     low, high = problem.lower, problem.upper
-    scale = np.maximum(np.abs(start), SMALLEST)
+    scale = np.maximum(np.abs(start), smallest(problem))
     squares = LeastSquares(points.residual, low, high, scale=scale, jacobian=points.jacobian)
     newton = functools.partial(polish, replace(squares, curvature=points.curvature), settled=SETTLED)
     value = points.residual(start)

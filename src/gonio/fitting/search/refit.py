@@ -42,7 +42,14 @@ def refit(
         lambda vector: scales * problem.residual(vector) + shifts,
         lower,
         upper,
-        scale=np.maximum(np.abs(start), SMALLEST),  # a value that comes near zero keeps the size of its start
+        scale=np.maximum(np.abs(start), smallest(problem)),  # near zero a value keeps its start's size
         jacobian=lambda vector: scales[:, None] * quick_jacobian(problem, vector),
     )
     return descend(squares, start, tolerance=tolerance, max_steps=max_steps, last_digits=False)
+
+
+def smallest(problem: Problem) -> Values:
+    """The scale (n,) of values that are zero: that of differences; for weights of dim data, times the size of these."""
+    scale = np.full(len(problem.names), SMALLEST)
+    scale[: problem.n_weights] *= min(1.0, float(np.abs(problem.measured).max()))
+    return scale

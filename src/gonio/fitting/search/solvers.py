@@ -31,6 +31,8 @@ class SearchOptions:
 
         Raises ValueError for a name that is no solver's, or a setting that it does not have.
         """
+        if self.seed < 0:
+            raise ValueError(f"the seed is {self.seed}: give zero or more")
         if self.solver not in SOLVERS:
             raise ValueError(f"no solver {self.solver!r}: choose one of {', '.join(SOLVERS)}")
         kind = SOLVERS[self.solver]
@@ -39,6 +41,8 @@ class SearchOptions:
         for name, value in self.setting.items():
             if name not in defaults:
                 raise ValueError(f"the solver {self.solver} has no setting {name!r}; it has {', '.join(defaults)}")
+            if isinstance(defaults[name], int) and value != int(value):
+                raise ValueError(f"the setting {name} is a whole number, and is {value:g}")
             changed[name] = int(value) if isinstance(defaults[name], int) else value  # commands give floats
         base = default if isinstance(default, kind) else kind()
         return dataclasses.replace(base, **changed)  # type: ignore[arg-type]

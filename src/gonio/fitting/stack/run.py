@@ -22,7 +22,7 @@ from typing import Any
 
 import xarray as xr
 
-from gonio.files import refuse_existing, refuse_overlap, replacing
+from gonio.files import naming, refuse_existing, refuse_overlap, replacing
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
@@ -263,7 +263,8 @@ def fit_block(job: Job, block: int) -> Record:
     if manifest.is_written(block) and (record := manifest.record(block)).run == job.digest:
         return record
     try:
-        return _fit_block(job, block, manifest)
+        with naming(job.out):
+            return _fit_block(job, block, manifest)
     except Exception as error:
         # The messages of these two are sentences; others, such as a KeyError's, mean nothing without their kind.
         kind = "" if isinstance(error, ValueError | OSError) else f"{type(error).__name__}: "

@@ -17,7 +17,7 @@ _REFLECTED = "wavelength_r"
 def write(scan: xr.Dataset, path: Path) -> None:
     """Write a scan: one list for each variable.
 
-    Raises ValueError for relative data, missing or negative values, and transmission, which the schema does not allow.
+    Raises ValueError for relative data, and missing or negative values, which the schema does not allow.
     """
     flat = flatten(scan)
     if unit(flat) == RELATIVE:
@@ -25,8 +25,6 @@ def write(scan: xr.Dataset, path: Path) -> None:
     values = flat["brdf"].values.astype(float)
     if not np.isfinite(values).all() or np.any(values < 0):
         raise ValueError("the BiRD format holds no missing and no negative values: drop them first")
-    if "mode" in flat.coords and np.any(flat["mode"].values != "reflection"):
-        raise ValueError("the BiRD format holds reflection only: select it first")
     document = {"metadata": bird_metadata.metadata(flat), "data": _data(flat, values)}
     with path.open("w", encoding="utf-8", newline="\n") as file:
         json.dump(document, file, ensure_ascii=False, indent=1, allow_nan=False)
@@ -48,7 +46,10 @@ def _data(flat: xr.Dataset, values: np.ndarray) -> dict[str, Any]:
     data["phi_r"] = _angle((flat["phi"].values + phi_i) % 360.0, polar=False)
     data["BRDF"] = {"unit": "sr^-1", "values": values.tolist()}
     if "uncertainty" in flat:
-        stated = np.nan_to_num(flat["uncertainty"].values.astype(float), nan=0.0)  # 0: none is stated
+        stated = flat["uncertainty"].values.astype(float)
+        if np.any((stated < 0) | np.isinf(stated)):
+            raise ValueError("the BiRD format holds no negative and no infinite uncertainty: mend or empty them first")
+        stated = np.nan_to_num(stated, nan=0.0)  # 0: none is stated
         data["uBRDF"] = {"unit": "sr^-1", "values": stated.tolist()}
     adhoc = [
         n for n in flat.variables if n not in (*DIRECTIONS, "brdf", "uncertainty", "wavelength", _REFLECTED, "line")

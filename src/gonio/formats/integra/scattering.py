@@ -48,6 +48,7 @@ from gonio.formats.integra.text import (
     open_words,
     read_header,
     read_tables,
+    refuse_other_suffix,
     row_of,
     sets_of,
     tables_of,
@@ -200,11 +201,7 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
 def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
     if existing_grid(scan, "specular") is None:
         raise ValueError("an Integra file has a grid about the mirror direction, and the scan has none: gonio.convert")
-    modes = set(np.atleast_1d(scan["mode"].values).tolist()) if "mode" in scan.coords else set()
-    if modes and modes != {"transmission" if is_transmitted else "reflection"}:
-        raise ValueError(
-            f"the scan has {' and '.join(sorted(modes))}: .ddr is for reflection alone, .ddt for transmission alone"
-        )
+    refuse_other_suffix(path, is_transmitted)
     names, tables = tables_of(scan, tuple(n for n in _FILE_ORDER if n in scan["brdf"].dims))
     colours, keys = colour_words(names)
     axes = {key: scan[n].values for n, key in AXES.items() if n in scan["brdf"].dims}
@@ -258,6 +255,7 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
         layout=_layout,
         holds=Holds(
             anisotropic=True,
+            reflection=not is_transmitted,
             transmission=is_transmitted,
             relative=True,
             sets=("wavelength", "channel"),

@@ -33,6 +33,7 @@ from gonio.formats.integra.text import (
     open_words,
     read_header,
     read_tables,
+    refuse_other_suffix,
     row_of,
     sets_of,
     transmission,
@@ -56,6 +57,7 @@ def _read(path: Path) -> xr.Dataset:
 
 
 def _write(is_transmitted: bool, scan: xr.Dataset, path: Path) -> None:
+    refuse_other_suffix(path, is_transmitted)
     stored = TRANSMITTANCE if is_transmitted else REFLECTANCE
     flat = flatten(scan)
     at_mirror = np.allclose(flat["theta_r"], flat["theta_i"]) and np.allclose(flat["phi"], 180.0)
@@ -103,6 +105,7 @@ def _format(name: str, title: str, suffix: str, is_transmitted: bool) -> Format:
         write=functools.partial(_write, is_transmitted),
         holds=Holds(
             azimuths=False,
+            reflection=not is_transmitted,
             transmission=is_transmitted,
             relative=True,
             negative=False,

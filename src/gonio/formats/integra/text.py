@@ -21,6 +21,7 @@ from gonio.measured.dataset import HORIZON
 Values = npt.NDArray[np.float64]
 
 COMMENT = ";;"
+OF_REFLECTION, OF_TRANSMISSION = (".ddr", ".sdr"), (".ddt", ".sdt")  # suffixes
 TRANSMITTED = "transmission: no keyword says so"  # the comment by which gonio marks files of transmission
 LONGEST_LINE = 1_000_000  # bytes; some programs write a lobe or all factors kbdf on one line
 SYMMETRIES = ("AxiSymmetrical", "DirSymmetrical", "PlaneSymmetrical", "ASymmetrical")
@@ -204,7 +205,16 @@ def transmission(path: Path, header: IntegraHeader) -> str:
     """The evidence for transmission, for the history: a comment or the suffix of the name; empty for reflection."""
     if header.is_marked:
         return "by a comment in the file"
-    return f"by the name's suffix {path.suffix}" if path.suffix.lower() in (".ddt", ".sdt") else ""
+    return f"by the name's suffix {path.suffix}" if path.suffix.lower() in OF_TRANSMISSION else ""
+
+
+def refuse_other_suffix(path: Path, is_transmitted: bool) -> None:
+    """ValueError for a name that says reflection of transmission, or the reverse: programs tell them by the suffix."""
+    suffix, others = path.suffix.lower(), OF_REFLECTION if is_transmitted else OF_TRANSMISSION
+    if suffix in others:
+        is_of, said = ("transmission", "reflection") if is_transmitted else ("reflection", "transmission")
+        usual = {".ddr": ".ddt", ".ddt": ".ddr", ".sdr": ".sdt", ".sdt": ".sdr"}[suffix]
+        raise ValueError(f"a file called {suffix} reads as {said}, and what is written is of {is_of}: call it {usual}")
 
 
 def head_lines(provenance: str, is_transmitted: bool) -> list[str]:

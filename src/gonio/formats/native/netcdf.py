@@ -14,6 +14,7 @@ from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
+from gonio.measured.sound import UNCERTAINTIES
 
 _AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
 
@@ -44,7 +45,7 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
         raise FormatError(path, f"{name} {problem}", f"byte {places.get(name, 0)}")
 
     brdf = scan["brdf"]
-    for name in (n for n in ("brdf", *DIRECTIONS, "uncertainty", "wavelength") if n in scan.variables):
+    for name in (n for n in ("brdf", *DIRECTIONS, *UNCERTAINTIES, "wavelength") if n in scan.variables):
         if scan[name].dtype.kind not in "fiu" or not set(scan[name].dims) <= set(brdf.dims):
             refuse(name, "is no number at each direction")
         if np.isinf(scan[name].values).any():

@@ -16,7 +16,7 @@ from gonio.door.zarr_chunks import METADATA, NAMES, check_chunks, plans
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import DIRECTIONS, SETS
-from gonio.measured.sound import faults, missing, pieces
+from gonio.measured.sound import UNCERTAINTIES, faults, missing, pieces
 
 RESULTS = "manifest"  # the group by which a store of fit results is recognised
 MOST_BYTES_IN_MEMORY = 33_554_432  # a store of fewer bytes is read at once
@@ -82,16 +82,18 @@ def _check(path: Path, scan: xr.Dataset) -> None:
     for name, message in faults(scan):
         place = "c, byte 0" if message.startswith("holds") else f"{METADATA}, line 1"
         raise FormatError(path, f"{name} {message}", f"{name}/{place}")
-    if not _finite(path, scan):
+    for name in (n for n in UNCERTAINTIES if n in scan.data_vars):
+        _finite(path, scan, name)
+    if not _finite(path, scan, "brdf"):
         raise FormatError(path, "every brdf value is zero or missing", f"brdf/{METADATA}, line 1")
 
 
-def _finite(path: Path, scan: xr.Dataset) -> bool:
-    """Whether any value differs from zero. Raises FormatError for an infinite one."""
+def _finite(path: Path, scan: xr.Dataset, name: str) -> bool:
+    """Whether any value of a variable differs from zero. Raises FormatError for an infinite one."""
     seen = False
-    for piece in pieces(scan["brdf"]):
+    for piece in pieces(scan[name]):
         if np.isinf(piece).any():
-            raise FormatError(path, "brdf holds an infinite value", "brdf/c, byte 0")
+            raise FormatError(path, f"{name} holds an infinite value", f"{name}/c, byte 0")
         seen = seen or bool(np.any(np.nan_to_num(piece)))
     return seen
 

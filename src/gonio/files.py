@@ -3,12 +3,17 @@
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 
+from gonio.ending import unbroken, undone
 from gonio.outside import printable
 from gonio.portable import give_usual_rights
+
+ATTEMPTS, PAUSE = 20, 0.05  # s between attempts to remove a folder into which another thread still writes
 
 
 class FormatError(ValueError):
@@ -62,12 +67,13 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
     refuse_existing(path, force)
     final = path.resolve() if path.is_symlink() else path
     is_special = _is_special(final)
-    with _named(path), tempfile.TemporaryDirectory() if is_special else nullcontext() as elsewhere:
-        final.parent.mkdir(parents=True, exist_ok=True)
+    with _named(path), ExitStack() as stack:
+        folder = final.parent
+        if is_special:
+            folder = stack.enter_context(temporary_folder())
+        folder.mkdir(parents=True, exist_ok=True)
         # A short name: one made of the final name may be too long where the final name is not.
-        handle, name = tempfile.mkstemp(dir=elsewhere or final.parent, prefix=".gonio-", suffix=path.suffix[:20])
-        os.close(handle)
-        temporary = Path(name)
+        temporary = stack.enter_context(_temporary_file(folder, path.suffix[:20]))
         try:
             yield temporary
             _settle(temporary, final, is_special)
@@ -75,10 +81,41 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
             if error.filename is not None and Path(os.fsdecode(error.filename)) == temporary:
                 error.filename = str(path)
             raise
-        finally:
-            if temporary.is_dir():
-                shutil.rmtree(temporary)
-            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _temporary_file(folder: Path, suffix: str) -> Iterator[Path]:
+    """A new hidden file in a folder, removed at the end with whatever took its place."""
+    with ExitStack() as stack:
+        with unbroken():
+            handle, name = tempfile.mkstemp(dir=folder, prefix=".gonio-", suffix=suffix)
+            os.close(handle)
+            stack.enter_context(undone(partial(_remove, Path(name))))
+        yield Path(name)
+
+
+@contextmanager
+def temporary_folder(beside: Path | None = None) -> Iterator[Path]:
+    """A new hidden folder, where the system keeps temporary ones or in a folder, removed at the end."""
+    with ExitStack() as stack:
+        with unbroken():
+            path = Path(tempfile.mkdtemp(dir=beside, prefix=".gonio-"))
+            stack.enter_context(undone(partial(_remove, path)))
+        yield path
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder with all that is in it and that others may just be putting there."""
+    for attempt in range(ATTEMPTS):
+        try:
+            if path.is_dir():
+                shutil.rmtree(path)
+            path.unlink(missing_ok=True)
+            return
+        except OSError:
+            if attempt + 1 == ATTEMPTS:
+                raise
+            time.sleep(PAUSE)
 
 
 def _settle(temporary: Path, final: Path, is_special: bool) -> None:
@@ -117,17 +154,15 @@ def filling(folder: Path, force: bool = False) -> Iterator[Path]:
         raise FileExistsError(f"{folder} is no folder: choose another name")
     with _named(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".gonio-"))
-        try:
+        with temporary_folder(folder.parent) as temporary:
             yield temporary
-            if folder.exists():
-                for entry in temporary.iterdir():
-                    entry.replace(folder / entry.name)
-            else:
-                give_usual_rights(temporary)
-                temporary.replace(folder)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+            with unbroken():
+                if folder.exists():
+                    for entry in temporary.iterdir():
+                        entry.replace(folder / entry.name)
+                else:
+                    give_usual_rights(temporary)
+                    temporary.replace(folder)
 
 
 def _replace_by_directory(temporary: Path, path: Path) -> None:
@@ -141,13 +176,10 @@ def _replace_by_directory(temporary: Path, path: Path) -> None:
     held = {entry.name for entry in path.iterdir()} if path.is_dir() else set()
     if held and held.isdisjoint(entry.name for entry in temporary.iterdir()):
         raise FileExistsError(f"{path} is a directory of other files: choose another name")
-    aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=".gonio-"))
-    try:
+    with temporary_folder(path.parent) as aside, unbroken():
         path.rename(aside / path.name)
         try:
             temporary.rename(path)
         except OSError:
             (aside / path.name).rename(path)
             raise
-    finally:
-        shutil.rmtree(aside)

@@ -20,10 +20,11 @@ from typing import Any
 
 import xarray as xr
 
+from gonio.files import temporary_folder
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.stack.manifest import Record
 from gonio.fitting.stack.run import Run, StackFit, fit_block, prepare
-from gonio.portable import cores, ignore_interrupts
+from gonio.portable import cores, deaf_to_interrupts, ignore_interrupts
 from gonio.processes import THREADS
 
 REMEDY = "pip install 'gonio[cluster]'"
@@ -99,7 +100,9 @@ def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()
         if scheduler:
             client = stack.enter_context(_remote_client(scheduler))
         else:
-            local = stack.enter_context(_local_cluster(workers or cores(), preload))
+            folder = stack.enter_context(temporary_folder())
+            with deaf_to_interrupts():
+                local = stack.enter_context(_local_cluster(workers or cores(), preload, folder))
             client = stack.enter_context(distributed.Client(local, set_as_default=False))
         yield Cluster(client, _dashboard(client), is_local=not scheduler)
 
@@ -130,11 +133,11 @@ def _compilation_cache() -> dict[str, str]:
     return {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.3"}
 
 
-def _local_cluster(workers: int, preload: Sequence[str]) -> Any:
+def _local_cluster(workers: int, preload: Sequence[str], folder: Path) -> Any:
     """A scheduler and worker processes on this machine, of one thread each.
 
     It listens to this machine alone, and takes only clients with the key of this run: whoever can submit a task runs
-    code as this user, and a machine may have many.
+    code as this user, and a machine may have many. folder: where its processes put files of their own.
     """
     import logging
 
@@ -144,6 +147,7 @@ def _local_cluster(workers: int, preload: Sequence[str]) -> Any:
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
+        local_directory=str(folder),
         security=True,  # TLS with keys that are made now and end with the run
         dashboard_address="127.0.0.1:0",  # any free port: several runs may be active at once
         silence_logs=logging.CRITICAL,  # a dead worker is replaced, and a failed block is reported once, by fit_blocks

@@ -11,6 +11,7 @@ library nothing of this happens: a script gets KeyboardInterrupt, and the same i
 
 import atexit
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress

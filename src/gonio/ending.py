@@ -100,16 +100,28 @@ def _end(number: int) -> None:
         _whole.acquire(timeout=PATIENCE)
         errors = _silenced()
         end_processes()
-        left = []
-        for step in reversed(_steps):
-            try:
-                step()
-            except OSError as error:
-                left.append(str(error))
-        line = _words[-1]() if _words else f"gonio: stopped by {name_of_signal(number)}"
-        os.write(errors, (_tidy_terminal(errors) + "; ".join([line, *left]) + "\n").encode(errors="replace"))
+        left = [str(error) for step in reversed(_steps) if (error := _error_of(step))]
+        line = "; ".join([_line(number), *left])
+        os.write(errors, f"{_tidy_terminal(errors)}{line}\n".encode(errors="replace"))
     finally:
         os._exit(128 + number)
+
+
+def _error_of(step: Callable[[], None]) -> Exception | None:
+    """What a step could not undo: the others are undone all the same."""
+    try:
+        step()
+    except Exception as error:
+        return error
+    return None
+
+
+def _line(number: int) -> str:
+    """What is said at the end: the words of what was going on, or else the name of the signal."""
+    with suppress(Exception):  # they count files, which others may remove
+        if _words:
+            return _words[-1]()
+    return f"gonio: stopped by {name_of_signal(number)}"
 
 
 def _silenced() -> int:

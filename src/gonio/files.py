@@ -5,7 +5,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from gonio.ending import unbroken, undone
 from gonio.outside import printable
 from gonio.portable import give_usual_rights
 
-ATTEMPTS, PAUSE = 20, 0.05  # s between attempts to remove a folder into which another thread still writes
+PAUSE = 0.2  # s that a folder is kept from being made again by threads that still write into it
 
 
 class FormatError(ValueError):
@@ -105,17 +105,18 @@ def temporary_folder(beside: Path | None = None) -> Iterator[Path]:
 
 
 def _remove(path: Path) -> None:
-    """Remove a file, or a folder with all that is in it and that others may just be putting there."""
-    for attempt in range(ATTEMPTS):
-        try:
-            if path.is_dir():
-                shutil.rmtree(path)
-            path.unlink(missing_ok=True)
-            return
-        except OSError:
-            if attempt + 1 == ATTEMPTS:
-                raise
-            time.sleep(PAUSE)
+    """Remove a file, or a folder into which other threads may still write: what they do then fails."""
+    removed = path.with_name(f"{path.name}-removed")
+    with suppress(OSError):
+        path.rmdir()  # it is empty
+    while path.is_dir():
+        path.rename(removed)
+        with suppress(FileExistsError):  # where a thread has just made the folder again
+            path.touch(exist_ok=False)
+        shutil.rmtree(removed)
+        time.sleep(PAUSE)
+    path.unlink(missing_ok=True)
+    shutil.rmtree(removed, ignore_errors=True)  # where a signal stopped another call of this in the midst
 
 
 def _settle(temporary: Path, final: Path, is_special: bool) -> None:

@@ -100,9 +100,10 @@ def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()
         if scheduler:
             client = stack.enter_context(_remote_client(scheduler))
         else:
-            folder = stack.enter_context(temporary_folder())
+            folder = stack.enter_context(temporary_folder())  # Dask's own would stay where a signal ends the program
+            stack.enter_context(dask.config.set({"temporary-directory": str(folder)}))
             with deaf_to_interrupts():
-                local = stack.enter_context(_local_cluster(workers or cores(), preload, folder))
+                local = stack.enter_context(_local_cluster(workers or cores(), preload))
             client = stack.enter_context(distributed.Client(local, set_as_default=False))
         yield Cluster(client, _dashboard(client), is_local=not scheduler)
 
@@ -133,11 +134,11 @@ def _compilation_cache() -> dict[str, str]:
     return {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.3"}
 
 
-def _local_cluster(workers: int, preload: Sequence[str], folder: Path) -> Any:
+def _local_cluster(workers: int, preload: Sequence[str]) -> Any:
     """A scheduler and worker processes on this machine, of one thread each.
 
     It listens to this machine alone, and takes only clients with the key of this run: whoever can submit a task runs
-    code as this user, and a machine may have many. folder: where its processes put files of their own.
+    code as this user, and a machine may have many.
     """
     import logging
 
@@ -147,7 +148,6 @@ def _local_cluster(workers: int, preload: Sequence[str], folder: Path) -> Any:
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
-        local_directory=str(folder),
         security=True,  # TLS with keys that are made now and end with the run
         dashboard_address="127.0.0.1:0",  # any free port: several runs may be active at once
         silence_logs=logging.CRITICAL,  # a dead worker is replaced, and a failed block is reported once, by fit_blocks

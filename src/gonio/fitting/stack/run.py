@@ -156,6 +156,7 @@ class Run:
         lock.refuse_held(self.manifest.folder)  # before `begin` replaces a store
         self.begin()
         with lock.held(self.manifest.folder):
+            _refuse_other_run(self.job, self.manifest)  # which may have begun and ended before the workers were there
             yield
 
     def begin(self) -> None:

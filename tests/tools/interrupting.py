@@ -31,7 +31,7 @@ RECORD = ROOT / "benchmarks" / "interrupts.json"
 SCAN = ROOT.parent / "shared" / "data" / "scans" / "ualoft_anoblack_nite_steel.csv"
 GONIO = "from gonio.app.cli import main; main()"
 LIMIT = 5.0  # s from the signal until the process and all that it started must be gone
-LONGEST = 15.0  # s after the start within which moments are drawn, where the command takes longer
+LONGEST = 20.0  # s after the start within which moments are drawn, where the command takes longer
 FIRST = 1.5  # s, the time of imports, in which every other moment is drawn
 SLOW = 60.0  # s for Python to start on a busy machine
 AGAIN = 4  # times that a moment is drawn anew because the command had ended before it
@@ -291,7 +291,6 @@ def until_running(trial: Trial, given: dict[str, Path]) -> Outcome:
 
 def row_of(name: str, given: dict[str, Path], asked: argparse.Namespace, failures: list[str]) -> dict[str, Any]:
     """All trials of a command, what failed in words; counts and times."""
-    seconds_of(COMMANDS[name], given)  # the first compiles what others find
     seconds, tally, slowest = seconds_of(COMMANDS[name], given), Counter[str](), 0.0
     drawn = list(trials(name, min(seconds, LONGEST), asked.moments, random.Random(f"{asked.seed} {name}")))
     with ThreadPoolExecutor(asked.together) as pool:

@@ -221,8 +221,10 @@ def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
 
     The model's parameters are part of it beside its name, since a name says nothing of bounds and defaults.
     """
+    own = {"fit_many": asked.fit_many} if asked.fit_many else {}
     return plain(
-        {
+        own
+        | {
             "stack": identity(asked.stack, opened),
             "model": {"name": asked.model.name, "parameters": _declaration(asked.model)},
             "problem": asked.problem.given(),

@@ -180,7 +180,7 @@ def test_a_step_that_has_begun_is_done_whole(tmp_path):
 
 LEFT = """
 import time
-from gonio.ending import undone
+from gonio.processes.ending import undone
 def fails():
     raise PermissionError(13, "Permission denied", "some file")
 def work():

@@ -9,9 +9,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from gonio.ending import unbroken, undone
 from gonio.outside import printable
 from gonio.portable import give_usual_rights
+from gonio.processes.ending import unbroken, undone
 
 PAUSE = 0.2  # s that a folder is kept from being made again by threads that still write into it
 

@@ -10,7 +10,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from gonio.ending import listen
+from gonio.processes.ending import listen
 
 
 def app() -> None:

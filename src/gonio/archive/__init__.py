@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gonio.archive.collection import Collection, PublicFile, collections, named
-from gonio.ending import undone
+from gonio.processes.ending import undone
 
 __all__ = ["Collection", "PublicFile", "cache", "collections", "fetch", "named"]
 

@@ -39,7 +39,7 @@ def ended():
 
 
 class Fit:
-    """A run as a process makes it, step by step; it stops where it is refused, and is killed before step `killed_at`."""
+    """A run as a process makes it, step by step; stops where it is refused, is killed at step `killed_at`."""
 
     def __init__(self, declared, force, killed_at=STEPS):
         self.declared, self.force, self.killed_at = declared, force, killed_at

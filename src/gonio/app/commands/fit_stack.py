@@ -12,7 +12,6 @@ from gonio import catalogue
 from gonio.app.options import ModelName, OutputOptions
 from gonio.app.output import progress_bar
 from gonio.app.views import stack_report
-from gonio.ending import last_words
 from gonio.files import refuse_existing
 from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 from gonio.fitting.objective.options import ProblemOptions
@@ -20,6 +19,7 @@ from gonio.fitting.search.projection import FOR_MANY
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
 from gonio.options import Option, one_of
+from gonio.processes.ending import last_words
 
 if TYPE_CHECKING:
     from gonio.fitting.stack.run import Run

@@ -4,11 +4,10 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import parent_process
 from typing import TypeVar
 
-from gonio.ending import unbroken
 from gonio.portable import deaf_to_interrupts, ignore_interrupts
+from gonio.processes.ending import unbroken
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -55,6 +54,8 @@ def _begin() -> None:
 
 
 def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
     parent = parent_process()
     if parent:
         parent.join()

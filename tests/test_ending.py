@@ -95,6 +95,37 @@ def test_a_signal_is_not_lost_and_is_one_line(work, number, tmp_path):
     assert (process.returncode, out, err) == (128 + number, "", f"gonio: stopped by {name}\n")
 
 
+def test_a_signal_during_an_import_is_one_line(tmp_path):
+    """Even that of the module which knows the processes: whoever asks for it as well would wait for ever."""
+    (tmp_path / "multiprocessing").mkdir()
+    (tmp_path / "multiprocessing" / "__init__.py").write_text(
+        "import sys, time\nsys.modules['__main__'].on()\ntime.sleep(60)"
+    )
+    process = begun("def work():\n    import multiprocessing", tmp_path)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=30)
+    assert (process.returncode, err) == (143, "gonio: stopped by SIGTERM\n")
+
+
+def test_a_step_that_waits_for_what_the_main_thread_holds_is_given_up(tmp_path):
+    work = """
+import threading, time
+from gonio.processes.ending import undone
+def work():
+    lock = threading.Lock()
+    with lock, undone(lock.acquire):
+        on()
+        time.sleep(60)
+"""
+    process = begun(work, tmp_path)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert time.monotonic() - sent < LIMIT
+    assert process.returncode == 130
+    assert err.startswith("gonio: stopped by Ctrl-C; not everything could be put in order: look for files")
+
+
 def test_what_a_library_makes_of_ctrl_c_is_not_seen(tmp_path):
     process = begun(LIBRARY, tmp_path)
     process.send_signal(signal.SIGINT)

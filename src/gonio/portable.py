@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 
 def cores() -> int:
@@ -66,7 +65,7 @@ def await_signals(act: Callable[[int], None], meanwhile: Callable[[], None]) -> 
     A signal that this process was told to ignore, as `nohup` does, stays ignored. Call this in the main thread.
     """
     there = [getattr(signal, name) for name in ASK_TO_END if hasattr(signal, name)]
-    heard = {int(number) for number in there if signal.getsignal(number) is not signal.SIG_IGN}
+    heard = [int(number) for number in there if signal.getsignal(number) is not signal.SIG_IGN]
     ear, mouth = os.pipe()
     if os.name == "posix":  # elsewhere a pipe is taken as it is
         os.set_blocking(mouth, False)
@@ -112,14 +111,17 @@ def deaf_to_interrupts() -> Iterator[None]:
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     resource_tracker.ensure_running()  # it starts with the first process, and holds back no signal afterwards
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    _started.append(resource_tracker)
+    if (pipe := resource_tracker.getfd()) is not None:
+        _pipes.append(pipe)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-_started: list[Any] = []  # the module of the process that `multiprocessing` starts beside the others
+_pipes: list[
+    int
+] = []  # to the process that `multiprocessing` starts beside the others, which ends when they are closed
 QUIET, PATIENCE = 0.2, 2.0  # s without a new process until there will be none, and s for all of them to be gone
 
 
@@ -127,21 +129,19 @@ def end_processes() -> None:
     """End every process that `multiprocessing` started here, at once, and wait until they are gone.
 
     Another thread may be about to start one, or may replace one that died. So this looks until it finds none for QUIET.
+    It imports nothing and takes no lock, which the main thread may hold that was stopped anywhere.
     """
-    if "multiprocessing" not in sys.modules:
-        return
-    from multiprocessing import active_children
-
+    active_children = getattr(sys.modules.get("multiprocessing"), "active_children", list)
     end = time.monotonic() + PATIENCE
-    quiet = time.monotonic() + (QUIET if _started or active_children() else 0)
+    quiet = time.monotonic() + (QUIET if _pipes or active_children() else 0)
     while time.monotonic() < min(quiet, end):
         for child in active_children():
             child.kill()
             quiet = time.monotonic() + QUIET
         time.sleep(0.01)
-    if _started:  # it ends when nobody holds the other end of its pipe
+    for pipe in set(_pipes):
         with suppress(OSError):
-            os.close(_started[0].getfd())
+            os.close(pipe)
     with suppress(ChildProcessError, AttributeError):  # there is none any more, or no such call
         while time.monotonic() < end and os.waitpid(-1, os.WNOHANG) is not None:
             time.sleep(0.01)

@@ -13,16 +13,19 @@ import atexit
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from gonio.portable import await_signals, end_processes, name_of_signal, no_signals
 
-PATIENCE = 2.0  # s that a step which must not be broken may take before the program ends all the same
+PATIENCE = 1.5  # s that a step which must not be broken may take before the program ends all the same
+LONGEST = 4.0  # s from the signal to the end, whatever was not put in order by then
 
 _steps: list[Callable[[], None]] = []
 _words: list[Callable[[], str]] = []
 _whole = threading.RLock()  # held by a step that must not be broken
+_alarm, _asked = threading.Event(), list[tuple[int, int]]()  # the signal, and where the last line goes
 _is_listening = _is_ending = False
 _depth = 0  # of steps of the main thread that must not be broken
 
@@ -75,12 +78,14 @@ def listen() -> None:
     global _is_listening
     if _is_listening:
         return
-    _is_listening = True
+    _alarm, _asked = threading.Event(), list[tuple[int, int]]()  # the signal, and where the last line goes
+_is_listening = True
     # A process that was ended at once cannot release its semaphores. The process that does it, and says so, is told
     # by this variable not to say it.
     warnings = filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"))
     os.environ["PYTHONWARNINGS"] = ",".join(warnings)
     atexit.register(no_signals)  # the last of these functions: Python then only takes itself apart
+    threading.Thread(target=_give_up, name="alarm", daemon=True).start()  # now: to start it later takes a lock
     await_signals(_end, _stop)
 
 
@@ -95,13 +100,34 @@ def _stop() -> None:
 def _end(number: int) -> None:
     """End the process, from the thread that waits for signals."""
     global _is_ending
+    _is_ending = True
+    errors = _silenced()
     try:
-        _is_ending = True
+        # The main thread was stopped anywhere, and what is done here may wait for what it holds.
+        too_long = "not everything could be put in order: look for files whose names begin with .gonio-"
+        threading.Timer(
+            LONGEST, _leave, (number, errors, f"gonio: stopped by {name_of_signal(number)}; {too_long}")
+        ).start()
         _whole.acquire(timeout=PATIENCE)
-        errors = _silenced()
         end_processes()
         left = [str(error) for step in reversed(_steps) if (error := _error_of(step))]
-        line = "; ".join([_line(number), *left])
+        _leave(number, errors, "; ".join([_line(number), *left]))
+    finally:
+        os._exit(128 + number)
+
+
+def _give_up() -> None:
+    """End the process some time after `_end` has begun: the main thread was stopped anywhere, and may hold a lock."""
+    _alarm.wait()
+    time.sleep(LONGEST)
+    number, errors = _asked[0]
+    too_long = "not everything could be put in order: look for files whose names begin with .gonio-"
+    _leave(number, errors, f"gonio: stopped by {name_of_signal(number)}; {too_long}")
+
+
+def _leave(number: int, errors: int, line: str) -> None:
+    """Write the last line, and end the process."""
+    try:
         os.write(errors, f"{_tidy_terminal(errors)}{line}\n".encode(errors="replace"))
     finally:
         os._exit(128 + number)
@@ -126,10 +152,11 @@ def _line(number: int) -> str:
 
 def _silenced() -> int:
     """Standard error for this thread alone: what others still say there is about the end itself."""
-    errors = os.dup(2)
-    with suppress(OSError):
+    with suppress(OSError):  # where standard error is closed
+        errors = os.dup(2)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    return errors
+        return errors
+    return 2
 
 
 def _tidy_terminal(errors: int) -> str:

@@ -52,6 +52,15 @@ def work():
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(time.sleep, [0, 60], timeout=on()))
 """
+WAKEUP = """
+import signal, socket, time
+def work():
+    ours, theirs = socket.socketpair()
+    theirs.setblocking(False)
+    signal.set_wakeup_fd(theirs.fileno())  # as a loop of asyncio does that listens to signals
+    on()
+    time.sleep(60)
+"""
 LIBRARY = """
 import asyncio
 async def caught():
@@ -84,7 +93,9 @@ def begun(work, folder):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
-@pytest.mark.parametrize("work", [DESTRUCTOR, LONG_CALL, EXIT, THREADS], ids=["del", "call", "exit", "threads"])
+@pytest.mark.parametrize(
+    "work", [DESTRUCTOR, LONG_CALL, EXIT, THREADS, WAKEUP], ids=["del", "call", "exit", "threads", "wakeup"]
+)
 def test_a_signal_is_not_lost_and_is_one_line(work, number, tmp_path):
     process = begun(work, tmp_path)
     sent = time.monotonic()

@@ -181,6 +181,6 @@ def _replace_by_directory(temporary: Path, path: Path) -> None:
         path.rename(aside / path.name)
         try:
             temporary.rename(path)
-        except OSError:
+        except BaseException:
             (aside / path.name).rename(path)
             raise

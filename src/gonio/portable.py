@@ -76,12 +76,14 @@ def await_signals(act: Callable[[int], None], meanwhile: Callable[[], None]) -> 
             pass
         act(number)
 
+    def heed(number: int, _frame: object) -> None:
+        with suppress(BlockingIOError):  # Python has written it already, unless a library asked for it elsewhere
+            os.write(mouth, bytes([number]))
+        meanwhile()
+
     threading.Thread(target=wait, name="signals", daemon=True).start()
     for number in heard:
-        signal.signal(number, lambda *_: meanwhile())
-    # Threads and processes that start from now on do not take Ctrl-C: the thread above does, for all of them.
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        signal.signal(number, heed)
 
 
 def no_signals() -> None:
@@ -101,7 +103,8 @@ def deaf_to_interrupts() -> Iterator[None]:
     """Processes that start within the block do not take Ctrl-C, from their first moment on, nor do threads.
 
     A process inherits from the thread that starts it which signals are held back. To set this in the process itself
-    would be too late, while it still imports. This thread gets what was held back at the end of the block.
+    would be too late, while it still imports. What comes meanwhile reaches another thread of this process, or else this
+    one at the end of the block.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield

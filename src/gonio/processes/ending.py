@@ -19,7 +19,6 @@ from contextlib import contextmanager, suppress
 
 from gonio.portable import await_signals, end_processes, name_of_signal, no_signals
 
-PATIENCE = 1.5  # s that a step which must not be broken may take before the program ends all the same
 LONGEST = 4.0  # s from the signal to the end, whatever was not put in order by then
 
 _steps: list[Callable[[], None]] = []
@@ -78,8 +77,7 @@ def listen() -> None:
     global _is_listening
     if _is_listening:
         return
-    _alarm, _asked = threading.Event(), list[tuple[int, int]]()  # the signal, and where the last line goes
-_is_listening = True
+    _is_listening = True
     # A process that was ended at once cannot release its semaphores. The process that does it, and says so, is told
     # by this variable not to say it.
     warnings = filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"))
@@ -108,7 +106,7 @@ def _end(number: int) -> None:
         threading.Timer(
             LONGEST, _leave, (number, errors, f"gonio: stopped by {name_of_signal(number)}; {too_long}")
         ).start()
-        _whole.acquire(timeout=PATIENCE)
+        _whole.acquire()
         end_processes()
         left = [str(error) for step in reversed(_steps) if (error := _error_of(step))]
         _leave(number, errors, "; ".join([_line(number), *left]))

@@ -39,10 +39,12 @@ def ended():
 
 
 class Fit:
-    """A run as a process makes it, step by step; stops where it is refused, is killed at step `killed_at`."""
+    """A run as a process makes it, step by step; stops where it is refused, is killed at step `killed_at`,
+    and its workers may outlive it.
+    """
 
-    def __init__(self, declared, force, killed_at=STEPS):
-        self.declared, self.force, self.killed_at = declared, force, killed_at
+    def __init__(self, declared, force, killed_at=STEPS, outlived=False):
+        self.declared, self.force, self.killed_at, self.outlived = declared, force, killed_at, outlived
         self.refusal, self.steps = "", self._steps()
         self.is_over = False
 
@@ -63,11 +65,12 @@ class Fit:
         if self.is_over:
             return
         if step == self.killed_at:
-            self.is_over = True
+            self.is_over = not self.outlived
             mine = self.declared.out / "manifest" / lock.NAME
             if hasattr(self, "holds") and mine.exists():
                 mine.write_text(mine.read_text().replace(f" {os.getpid()} ", f" {ended} "))
-            return
+            if self.is_over:
+                return
         try:
             next(self.steps)
         except StopIteration:
@@ -137,6 +140,7 @@ VARIANTS = {
     "the same command": (True, (False, False), STEPS),
     "killed when it holds the store": (False, (False, True), 2),
     "killed after a block": (True, (False, False), 3),
+    "outlived by its workers": (False, (False, True), 2),
 }
 
 
@@ -147,7 +151,7 @@ def test_two_runs_are_never_mixed(stack, results, ended, tmp_path, name):
     for k, order in enumerate([*NAMED, *drawn]):
         out = tmp_path / f"{k}.zarr"
         declared = [asked(stack, out, block=2, fit_many=f) for f in (means, means if same else doubled)]
-        fits = [Fit(declared[0], forces[0], killed_at), Fit(declared[1], forces[1])]
+        fits = [Fit(declared[0], forces[0], killed_at, "outlived" in name), Fit(declared[1], forces[1])]
         whole += tried(out, [results[0], results[0]] if same else results, order, ended, fits) == BLOCKS
         if killed_at == STEPS:
             assert any(not fit.refusal for fit in fits), order

@@ -5,7 +5,8 @@ from typing import Any
 
 from _pages import BENCHMARKS, DOCS, write
 
-RECORD, GROWTH, CRASH, GPU = (BENCHMARKS / f"{name}.json" for name in ("results", "growth", "crash", "gpu"))
+NAMES = ("results", "growth", "crash", "interrupts", "gpu")
+RECORD, GROWTH, CRASH, INTERRUPTS, GPU = (BENCHMARKS / f"{name}.json" for name in NAMES)
 PAGE = DOCS / "performance.md"
 MEANING = {
     "evaluation_over_mitsuba": (
@@ -120,6 +121,23 @@ def crashes() -> str:
     )
 
 
+def interrupts() -> str:
+    """What became of commands that a signal asked to end, where that was tried."""
+    if not INTERRUPTS.exists():
+        return ""
+    found = json.loads(INTERRUPTS.read_text(encoding="utf-8"))
+    rows = found["commands"]
+    trials, failures = (sum(row[name] for row in rows.values()) for name in ("trials", "failures"))
+    slowest = max(row["slowest_end_s"] for row in rows.values())
+    names = ", ".join(f"`{name}`" for name in rows)
+    return (
+        f"`make interrupt` ({found['date']}): {trials:,} signals at random moments of {names}, SIGINT as Ctrl-C sends it and "
+        f"SIGTERM, to all processes of the command and to its main process alone. {failures} left a traceback, a second line, "
+        f"a process or a file that is not whole, or another exit code than 130 or 143; all was gone within {slowest:.1f} s at "
+        f"most ({found['limit_s']:g} s are allowed).\n"
+    )
+
+
 def gpu() -> str:
     """What `make bench-gpu` measured on a GPU, where one was at hand."""
     if not GPU.exists():
@@ -163,6 +181,7 @@ def page(results: dict[str, Any]) -> str:
         "## Many fits\n",
         growth(),
         crashes(),
+        interrupts(),
         "## On a GPU\n",
         gpu(),
     ]

@@ -6,7 +6,6 @@ level down: solvers and solutions in `gonio.fitting`, what a scan is in `gonio.m
 """
 
 import importlib
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
@@ -67,7 +66,9 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return _version("gonio")
+        from importlib.metadata import version
+
+        return version("gonio")
     if name not in _HOMES:
         raise AttributeError(f"gonio has no public name {name!r}; it has {', '.join(__all__)}")
     return getattr(importlib.import_module(_HOMES[name]), name)

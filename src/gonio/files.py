@@ -3,12 +3,17 @@
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from gonio.outside import printable
 from gonio.portable import give_usual_rights
+from gonio.processes.ending import unbroken, undone
+
+PAUSE = 0.2  # s that a folder is kept from being made again by threads that still write into it
 
 
 class FormatError(ValueError):
@@ -71,19 +76,49 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
     final = path.resolve() if path.is_symlink() else path
     refuse_no_folder(final)
     is_special = _is_special(final)
-    with tempfile.TemporaryDirectory() if is_special else nullcontext() as elsewhere, naming(path) as hidden:
+    with naming(path) as hidden, ExitStack() as stack:
+        folder = stack.enter_context(temporary_folder()) if is_special else final.parent
         # A short name: one made of the final name may be too long where the final name is not.
-        handle, name = tempfile.mkstemp(dir=elsewhere or final.parent, prefix=".gonio-", suffix=path.suffix[:20])
-        os.close(handle)
-        temporary = Path(name)
+        temporary = stack.enter_context(_temporary_file(folder, path.suffix[:20]))
         hidden.append(temporary)
-        try:
-            yield temporary
-            _settle(temporary, final, is_special)
-        finally:
-            if temporary.is_dir():
-                shutil.rmtree(temporary)
-            temporary.unlink(missing_ok=True)
+        yield temporary
+        _settle(temporary, final, is_special)
+
+
+@contextmanager
+def _temporary_file(folder: Path, suffix: str) -> Iterator[Path]:
+    """A new hidden file in a folder, removed at the end with whatever took its place."""
+    with ExitStack() as stack:
+        with unbroken():
+            handle, name = tempfile.mkstemp(dir=folder, prefix=".gonio-", suffix=suffix)
+            os.close(handle)
+            stack.enter_context(undone(partial(_remove, Path(name))))
+        yield Path(name)
+
+
+@contextmanager
+def temporary_folder(beside: Path | None = None) -> Iterator[Path]:
+    """A new hidden folder, where the system keeps temporary ones or in a folder, removed at the end."""
+    with ExitStack() as stack:
+        with unbroken():
+            path = Path(tempfile.mkdtemp(dir=beside, prefix=".gonio-"))
+            stack.enter_context(undone(partial(_remove, path)))
+        yield path
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder into which other threads may still write: what they do then fails."""
+    removed = path.with_name(f"{path.name}-removed")
+    with suppress(OSError):
+        path.rmdir()  # it is empty
+    while path.is_dir():
+        path.rename(removed)
+        with suppress(FileExistsError):  # where a thread has just made the folder again
+            path.touch(exist_ok=False)
+        shutil.rmtree(removed)
+        time.sleep(PAUSE)
+    path.unlink(missing_ok=True)
+    shutil.rmtree(removed, ignore_errors=True)  # where a signal stopped another call of this in the midst
 
 
 def _settle(temporary: Path, final: Path, is_special: bool) -> None:
@@ -138,19 +173,16 @@ def filling(folder: Path, force: bool = False) -> Iterator[Path]:
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is no folder: choose another name")
     refuse_no_folder(folder)
-    with naming(folder) as hidden:
-        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".gonio-"))
+    with naming(folder) as hidden, temporary_folder(folder.parent) as temporary:
         hidden.append(temporary)
-        try:
-            yield temporary
+        yield temporary
+        with unbroken():
             if folder.exists():
                 for entry in temporary.iterdir():
                     entry.replace(folder / entry.name)
             else:
                 give_usual_rights(temporary)
                 temporary.replace(folder)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _replace_by_directory(temporary: Path, path: Path) -> None:
@@ -164,13 +196,10 @@ def _replace_by_directory(temporary: Path, path: Path) -> None:
     held = {entry.name for entry in path.iterdir()} if path.is_dir() else set()
     if held and held.isdisjoint(entry.name for entry in temporary.iterdir()):
         raise FileExistsError(f"{path} is a directory of other files: choose another name")
-    aside = Path(tempfile.mkdtemp(dir=path.parent, prefix=".gonio-"))
-    try:
+    with temporary_folder(path.parent) as aside, unbroken():
         path.rename(aside / path.name)
         try:
             temporary.rename(path)
-        except OSError:
+        except BaseException:
             (aside / path.name).rename(path)
             raise
-    finally:
-        shutil.rmtree(aside)

@@ -8,6 +8,10 @@ are always started afresh (`spawn`), which every system has, and never forked.
 import os
 import signal
 import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -49,6 +53,101 @@ def ignore_interrupts() -> None:
     A terminal sends it to all processes of a command, and the first of them ends the others in order.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+ASK_TO_END = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, the usual `kill`, and a terminal that was closed
+
+
+def await_signals(act: Callable[[int], None], meanwhile: Callable[[], None]) -> None:
+    """Call `act` in a thread of its own with the number of the first signal of ASK_TO_END that comes.
+
+    meanwhile: what the main thread does when it notices the signal, which in a long call of a library it does not.
+    A signal that this process was told to ignore, as `nohup` does, stays ignored. Call this in the main thread.
+    """
+    there = [getattr(signal, name) for name in ASK_TO_END if hasattr(signal, name)]
+    heard = [int(number) for number in there if signal.getsignal(number) is not signal.SIG_IGN]
+    ear, mouth = os.pipe()
+    if os.name == "posix":  # elsewhere a pipe is taken as it is
+        os.set_blocking(mouth, False)
+    signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
+
+    def wait() -> None:
+        while (number := os.read(ear, 1)[0]) not in heard:
+            pass
+        act(number)
+
+    def heed(number: int, _frame: object) -> None:
+        with suppress(BlockingIOError):  # Python has written it already, unless a library asked for it elsewhere
+            os.write(mouth, bytes([number]))
+        meanwhile()
+
+    threading.Thread(target=wait, name="signals", daemon=True).start()
+    for number in heard:
+        signal.signal(number, heed)
+
+
+def no_signals() -> None:
+    """Ignore the signals of ASK_TO_END from now on."""
+    for name in ASK_TO_END:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+
+
+def name_of_signal(number: int) -> str:
+    """What a person calls a signal."""
+    return "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+
+
+@contextmanager
+def deaf_to_interrupts() -> Iterator[None]:
+    """Processes that start within the block do not take Ctrl-C, from their first moment on, nor do threads.
+
+    A process inherits from the thread that starts it which signals are held back. To set this in the process itself
+    would be too late, while it still imports. What comes meanwhile reaches another thread of this process, or else this
+    one at the end of the block.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    resource_tracker.ensure_running()  # it starts with the first process, and holds back no signal afterwards
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if (pipe := resource_tracker.getfd()) is not None:
+        _pipes.append(pipe)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+_pipes: list[
+    int
+] = []  # to the process that `multiprocessing` starts beside the others, which ends when they are closed
+QUIET, PATIENCE = 0.2, 2.0  # s without a new process until there will be none, and s for all of them to be gone
+
+
+def end_processes() -> None:
+    """End every process that `multiprocessing` started here, at once, and wait until they are gone.
+
+    Another thread may be about to start one, or may replace one that died. So this looks until it finds none for QUIET.
+    It imports nothing and takes no lock, which the main thread may hold that was stopped anywhere.
+    """
+    active_children = getattr(sys.modules.get("multiprocessing"), "active_children", list)
+    end = time.monotonic() + PATIENCE
+    quiet = time.monotonic() + (QUIET if _pipes or active_children() else 0)
+    while time.monotonic() < min(quiet, end):
+        for child in active_children():
+            child.kill()
+            quiet = time.monotonic() + QUIET
+        time.sleep(0.01)
+    for pipe in set(_pipes):
+        with suppress(OSError):
+            os.close(pipe)
+    with suppress(ChildProcessError, AttributeError):  # there is none any more, or no such call
+        while time.monotonic() < end and os.waitpid(-1, os.WNOHANG) is not None:
+            time.sleep(0.01)
 
 
 def give_usual_rights(path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from gonio.archive.collection import Collection, PublicFile, collections, named
 from gonio.files import naming, refuse_no_folder
+from gonio.processes.ending import undone
 
 __all__ = ["Collection", "PublicFile", "cache", "collections", "fetch", "named"]
 
@@ -74,8 +75,9 @@ def _downloaded(
         registry={file.basename: f"sha256:{file.sha256}"},
         urls={file.basename: f"{base_url.rstrip('/')}/{file.path}"},
     )
-    partial = root / f"{file.basename}.part"
-    return Path(registry.fetch(file.basename, downloader=Download(file, partial, progress)))
+    download = Download(file, root / f"{file.basename}.part", progress)
+    with undone(download.forget_targets):
+        return Path(registry.fetch(file.basename, downloader=download))
 
 
 def _matches(path: Path, file: PublicFile) -> bool:

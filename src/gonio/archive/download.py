@@ -4,7 +4,7 @@ import hashlib
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +27,19 @@ class Download:
     """A downloader for pooch: called with address and target, it writes the verified file there.
 
     The part that has arrived is in `partial` until the file is complete; `pause` [s] grows with each attempt.
+    targets: the temporary files of pooch, which it removes unless a signal ends the program.
     """
 
     file: PublicFile
     partial: Path
     progress: Callable[[float], None] = lambda fraction: None
     pause: float = 1.0
+    targets: list[Path] = field(default_factory=list)
+
+    def forget_targets(self) -> None:
+        """Remove the temporary files of pooch that are there."""
+        for path in self.targets:
+            path.unlink(missing_ok=True)
 
     def __call__(self, url: str, output_file: Any, pooch: Any) -> None:
         """Fetch `url` to `output_file`.
@@ -40,6 +47,7 @@ class Download:
         Raises ValueError where the archive has another file, and InterruptedDownloadError where it does not answer; a
         partial file is kept only after the latter.
         """
+        self.targets.append(Path(output_file))
         resumed = self._complete(url)
         digest = sha256(self.partial)
         if digest != self.file.sha256 and resumed:  # the earlier part may have been of another version

@@ -19,6 +19,7 @@ from gonio.fitting.search.projection import FOR_MANY
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
 from gonio.options import Option, one_of
+from gonio.processes.ending import last_words
 
 if TYPE_CHECKING:
     from gonio.fitting.stack.run import Run
@@ -103,20 +104,20 @@ def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
     done = sum(map(blocks.size, run.done))
     if run.resumed:
         _tell(f"resuming: {len(run.done)} of {len(blocks)} blocks are there")
-    try:
-        progress = progress_bar(f"fitting {run.job.asked.model.name}")
-        with connected(asked.scheduler, asked.processes, run.job.modules) as cluster, progress as bar:
-            _tell(_where(cluster))
-            started = time.perf_counter()
-            bar(done / blocks.lanes)
-            for record in fit_blocks(cluster.client, run):
-                done += record.lanes
-                bar(done / blocks.lanes)
-            return time.perf_counter() - started
-    except KeyboardInterrupt:
+
+    def stopped() -> str:
         there, same = len(run.manifest.written()), "the same command" + " without --force" * force
-        _tell(f"stopped: {there} of {len(blocks)} blocks are there, and {same} goes on with the others")
-        raise typer.Exit(130) from None
+        return f"stopped: {there} of {len(blocks)} blocks are there, and {same} goes on with the others"
+
+    progress = progress_bar(f"fitting {run.job.asked.model.name}")
+    with last_words(stopped), connected(asked.scheduler, asked.processes, run.job.modules) as cluster, progress as bar:
+        _tell(_where(cluster))
+        started = time.perf_counter()
+        bar(done / blocks.lanes)
+        for record in fit_blocks(cluster.client, run):
+            done += record.lanes
+            bar(done / blocks.lanes)
+        return time.perf_counter() - started
 
 
 def _where(cluster: Any) -> str:

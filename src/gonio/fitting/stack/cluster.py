@@ -20,10 +20,11 @@ from typing import Any
 
 import xarray as xr
 
+from gonio.files import temporary_folder
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.stack.manifest import Record
 from gonio.fitting.stack.run import Run, StackFit, fit_block, prepare
-from gonio.portable import cores, ignore_interrupts
+from gonio.portable import cores, deaf_to_interrupts, ignore_interrupts
 from gonio.processes import THREADS
 
 REMEDY = "pip install 'gonio[cluster]'"
@@ -99,7 +100,10 @@ def connected(scheduler: str = "", workers: int = 0, preload: Sequence[str] = ()
         if scheduler:
             client = stack.enter_context(_remote_client(scheduler))
         else:
-            local = stack.enter_context(_local_cluster(workers or cores(), preload))
+            folder = stack.enter_context(temporary_folder())  # Dask's own would stay where a signal ends the program
+            stack.enter_context(dask.config.set({"temporary-directory": str(folder)}))
+            with deaf_to_interrupts():
+                local = stack.enter_context(_local_cluster(workers or cores(), preload))
             client = stack.enter_context(distributed.Client(local, set_as_default=False))
         yield Cluster(client, _dashboard(client), is_local=not scheduler)
 

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from gonio.portable import is_running
+from gonio.processes.ending import undone
 
 NAME = "lock"
 BEAT, STALE = 20.0, 300.0  # s
@@ -29,23 +30,22 @@ def held(folder: Path) -> Iterator[None]:
     """Hold the lock in a folder while the block runs; ValueError where another run holds it."""
     lock = folder / NAME
     mine = f"{socket.gethostname()} {os.getpid()} {time.time()!r}\n"
-    _take(lock, mine)
     ended = threading.Event()
+
+    def release() -> None:
+        ended.set()
+        if _content(lock) == mine:
+            lock.unlink(missing_ok=True)
 
     def beat() -> None:
         while not ended.wait(BEAT):
             with suppress(OSError):
                 os.utime(lock)
 
-    thread = threading.Thread(target=beat, daemon=True)
-    thread.start()
-    try:
+    with undone(release):
+        _take(lock, mine)
+        threading.Thread(target=beat, daemon=True).start()
         yield
-    finally:
-        ended.set()
-        thread.join()
-        if _content(lock) == mine:
-            lock.unlink(missing_ok=True)
 
 
 def _take(lock: Path, mine: str) -> None:

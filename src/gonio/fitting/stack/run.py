@@ -156,6 +156,7 @@ class Run:
         lock.refuse_held(self.manifest.folder)  # before `begin` replaces a store
         self.begin()
         with lock.held(self.manifest.folder):
+            _refuse_other_run(self.job, self.manifest)  # which may have begun and ended before the workers were there
             yield
 
     def begin(self) -> None:
@@ -220,8 +221,10 @@ def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
 
     The model's parameters are part of it beside its name, since a name says nothing of bounds and defaults.
     """
+    own = {"fit_many": asked.fit_many} if asked.fit_many else {}
     return plain(
-        {
+        own
+        | {
             "stack": identity(asked.stack, opened),
             "model": {"name": asked.model.name, "parameters": _declaration(asked.model)},
             "problem": asked.problem.given(),

@@ -1,11 +1,13 @@
 """Work on several processor cores at once: one function, many arguments, and the results as they come."""
 
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
-from gonio.portable import ignore_interrupts
+from gonio.portable import deaf_to_interrupts, ignore_interrupts
+from gonio.processes.ending import unbroken
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -31,9 +33,10 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
 
     other_children = set(active_children())
     with _one_thread_each():
-        pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=ignore_interrupts)
+        pool = ProcessPoolExecutor(min(workers, len(items)), get_context("spawn"), initializer=_begin)
         try:
-            indices = {pool.submit(work, item): index for index, item in enumerate(items)}
+            with unbroken(), deaf_to_interrupts():
+                indices = {pool.submit(work, item): index for index, item in enumerate(items)}
             for future in as_completed(indices):
                 yield indices[future], future.result()
         except BaseException:
@@ -42,6 +45,21 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
             raise
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+def _begin() -> None:
+    """What a new process does first: it takes no Ctrl-C, and ends when the process that started it does."""
+    ignore_interrupts()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

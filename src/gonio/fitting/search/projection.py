@@ -19,9 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.objective.blocks import in_blocks
+from gonio.fitting.objective.cells.structure import in_cells
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.slopes import jacobian
 from gonio.fitting.search import bulk
+from gonio.fitting.search.cells.search import Settings
+from gonio.fitting.search.cells.search import search as search_in_cells
 from gonio.fitting.search.descent import Descent, LeastSquares, descend, polish
 from gonio.fitting.search.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fitting.search.reduced import Reduced, RelativeWeights
@@ -72,13 +75,17 @@ class Projection:
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
         """The values of least E; the history holds the best E after the first searches and after each later round.
 
-        A problem splits where groups share nothing, and very many points are searched on a sample of them first.
+        A problem splits where groups share nothing, very many points are searched on a sample of them first, and very
+        many values in cells (`search.cells`).
         `rivals` of the optimum are where the other first searches ended.
         """
         if is_grouped(problem) and (split := parts(problem)):
             return self._search_parts(problem, split, progress)
         if blocked := in_blocks(problem):
             return bulk.search(problem, blocked, lambda few: self._search(few, progress))
+        if cells := in_cells(problem):
+            settings = Settings(lambda few: self.search(few, progress), self.max_steps, self.line, self.rounds)
+            return search_in_cells(problem, cells, settings)
         return self._search(problem, progress)
 
     def _search(self, problem: Problem, progress: Progress) -> Optimum:

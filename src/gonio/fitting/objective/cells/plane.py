@@ -218,7 +218,7 @@ class CellPlane:
     def _eliminated(
         self, bucket: Bucket, joint: Values, u: Values, s: Values, vt: Values, largest: float, damping: float
     ) -> _Part:
-        determined = s > DETERMINED * largest if not damping else np.ones(s.shape, dtype=bool)
+        determined = np.ones(s.shape, dtype=bool) if damping else s > DETERMINED * largest
         moves = np.where(determined, s / np.where(determined, s**2 + damping, 1.0), 0.0)
         keeps = np.where(determined, 1 - np.sqrt(damping / np.where(determined, s**2 + damping, 1.0)), 0.0)
         basis, along = u * determined[:, None, :], vt.transpose(0, 2, 1) * moves[:, None, :]
@@ -226,7 +226,7 @@ class CellPlane:
         return _Part(bucket, basis, along, joint - basis @ (keeps[:, :, None] * shared), along @ shared, keeps)
 
     def _solved(self, largest: float, damping: float) -> tuple[Values, Values]:
-        """The factor G (g, rank) of the joint values, and directions (g, ..) of theirs that the data do not determine."""
+        """G (g, rank) of the joint values, and the directions (g, ..) of theirs that the data do not determine."""
         g = len(self._joint)
         if not g:
             return np.zeros((0, 0)), np.zeros((0, 0))

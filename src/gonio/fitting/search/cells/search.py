@@ -75,7 +75,7 @@ def few_cells(problem: Problem, cells: Cells) -> Problem | None:
     """
     count = sum(len(bucket.rows) for bucket in cells.buckets)
     share = len(problem.measured) * len(problem.names) / count**2  # numbers in the matrix of a single cell
-    wanted = max(int((LARGE / 2 / share) ** 0.5), FEWEST)
+    wanted = max(int((LARGE / 8 / share) ** 0.5), FEWEST)
     if wanted >= count:
         return None
     cell = np.empty(len(problem.measured), dtype=np.intp)

@@ -294,6 +294,9 @@ class Problem(ProblemOptions):
         if self.is_large:
             one_by_one = [summed(self.entries, self.terms(v[self.n_weights :]), v) for v in np.atleast_2d(vector)]
             return np.reshape(one_by_one, (*vector.shape[:-1], -1))
+        several = max(8 * LARGE // max(len(self.measured) * self.n_weights, 1), 1)
+        if vector.ndim == 2 and len(vector) > several:  # the designs of all would not fit into memory
+            return np.concatenate([self.brdf(vector[k : k + several]) for k in range(0, len(vector), several)])
         matrix, fixed = self.design(vector[..., self.n_weights :])
         out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
         return out

@@ -36,5 +36,5 @@ def refuse_too_large(problem: Problem, candidates: int = 1) -> None:
         raise ValueError(
             f"a fit of {values} values to {points} points takes some {needed / 1e9:.3g} GB of memory, and there are "
             f"{available / 1e9:.3g} GB: fit a part of the scan (--select), with fewer values (leave out --group, or "
-            "--share), or each set on its own (gonio fit-stack)"
+            "add --share), or each set on its own (gonio fit-stack)"
         )

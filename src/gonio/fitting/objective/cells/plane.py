@@ -1,4 +1,4 @@
-"""The tangent plane of a residual with very many values, eliminated cell by cell (golub1979's block angular systems).
+"""The tangent plane of a residual with very many values, eliminated cell by cell (golub1980).
 
 With B the columns of a cell's own values and C those of the joint ones, each cell has B = U S V' by itself. What is
 left of the joint columns, T = C - U U'C, is orthogonal to B. The T of all cells below each other, with the rows of the

@@ -214,7 +214,7 @@ def measured(count, options):
     combinations(solution)
     seconds, peak = time.process_time() - started, tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    return seconds, peak - 2 * solution.dataset["covariance"].nbytes  # which is a matrix by what it is
+    return seconds, peak
 
 
 @pytest.mark.parametrize(
@@ -224,8 +224,8 @@ def test_time_and_memory_grow_with_the_number_of_wavelengths_and_not_faster(opti
     """Four times as many wavelengths took 16 to 64 times as much with one matrix of all points and values."""
     measured(110, options)  # what is done once in a process
     (seconds, peak), (more_seconds, more_peak) = measured(110, options), measured(440, options)
-    assert more_peak < 6 * peak
-    assert more_seconds < 8 * seconds  # a loaded machine takes less even turns than a quiet one
+    assert more_peak < 4 * peak
+    assert more_seconds < 6 * seconds  # half more than four times, as a loaded machine takes less even turns
 
 
 def test_a_fit_larger_than_the_memory_says_so_before_it_begins(monkeypatch):

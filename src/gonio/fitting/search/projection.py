@@ -84,8 +84,7 @@ class Projection:
         if blocked := in_blocks(problem):
             return bulk.search(problem, blocked, lambda few: self._search(few, progress))
         if cells := in_cells(problem):
-            settings = Settings(lambda few: self.search(few, progress), self.max_steps, self.line, self.rounds)
-            return search_in_cells(problem, cells, settings)
+            return search_in_cells(problem, cells, self._of_cells(progress))
         return self._search(problem, progress)
 
     def _search(self, problem: Problem, progress: Progress) -> Optimum:
@@ -107,6 +106,15 @@ class Projection:
         vector = np.concatenate([reduced.solve(shape)[0], shape])
         rivals = tuple(np.concatenate([reduced.solve(s)[0], s]) for s in map(reduced.shape, others))
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
+
+    def _of_cells(self, progress: Progress) -> Settings:
+        """What a search in cells takes of this one."""
+
+        def of_shape(reduced: Reduced) -> list[Values]:
+            best, _, others = self._search_shape(reduced, progress)
+            return [reduced.shape(unit) for unit in (best.point, *others)]
+
+        return Settings(lambda few: self.search(few, progress), of_shape, self.max_steps, self.line, self.rounds)
 
     def _search_parts(self, problem: Problem, split: list[tuple[Rows, Problem]], progress: Progress) -> Optimum:
         """Each part of a problem that splits, with its own starts: a search of few values each."""

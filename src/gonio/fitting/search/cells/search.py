@@ -20,6 +20,7 @@ from gonio.fitting.search.cells.descent import changed, descend
 from gonio.fitting.search.cells.weights import InCells
 from gonio.fitting.search.descent import SEARCHED, Descent
 from gonio.fitting.search.groups import carried, common, is_grouped, side_by_side
+from gonio.fitting.search.reduced import Reduced
 from gonio.fitting.search.solver import Optimum
 
 Values = npt.NDArray[np.float64]
@@ -29,9 +30,14 @@ BETTER = 1e-10  # of E: by how much another minimum must be lower
 
 
 class Settings(NamedTuple):
-    """What a search in cells takes of its solver: the search of smaller problems, and settings of `Projection`."""
+    """What a search in cells takes of its solver.
+
+    of_few: the search of a smaller problem. of_shape: shapes (n_shape,) of minima that a search of the shape alone
+    meets, the best first. The others are settings of `Projection`.
+    """
 
     of_few: Callable[[Problem], Optimum]
+    of_shape: Callable[[Reduced], list[Values]]
     max_steps: int
     line: int
     rounds: int
@@ -105,7 +111,7 @@ def _starts(problem: Problem, cells: Cells, reduced: InCells, settings: Settings
         return [start, moved], optimum.evaluations, optimum.searched
     few = few_cells(problem, cells)
     if few is None:
-        return [problem.shape_start], 0, 0
+        return settings.of_shape(reduced), 0, 0
     optimum = settings.of_few(few)
     vectors = (optimum.vector, *rivals(optimum, few))
     return [vector[few.n_weights :] for vector in vectors], optimum.evaluations, len(few.measured)

@@ -65,11 +65,12 @@ def _of_address_space() -> float:
     try:
         import resource
 
-        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) == resource.RLIM_INFINITY:
+            return math.inf
         taken = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     except (ImportError, OSError, ValueError):  # Windows, macOS
         return math.inf
-    return math.inf if limit == resource.RLIM_INFINITY else float(limit - taken)
+    return float(limit - taken)
 
 
 def is_running(process: int) -> bool:

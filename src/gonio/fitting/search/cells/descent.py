@@ -10,6 +10,7 @@ tangent plane, as `search.descent.polish` does. The curvature is left out, since
 pair of values; steps are then more, and end at the same place.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,7 +36,8 @@ SLOWER = 0.9  # of the offset: a step that leaves more gains nothing that more s
 class Changed:
     """A problem in cells with its residual changed: a factor and an offset for each point, and values that stay.
 
-    factors, offset (points,): see `search.refit`. lower, upper (n,): bounds, equal for a value that is held.
+    factors, offset (points,): see `search.refit`. lower, upper (n,): bounds, equal for a value that stays. exact: from
+    a vector, the one of its shape with the weights that are best for it, where they are linear.
     """
 
     problem: Problem
@@ -44,6 +46,7 @@ class Changed:
     offset: Values | float
     lower: Values
     upper: Values
+    exact: Callable[[Values], Values] | None = None
 
     def residual(self, vector: Values) -> Values:
         """The residual (points + m,) with that of the penalty."""
@@ -68,12 +71,13 @@ def changed(
     factors: Values | float = 1.0,
     offset: Values | float = 0.0,
     held: tuple[int, float] | None = None,
+    exact: Callable[[Values], Values] | None = None,
 ) -> Changed:
-    """A problem as `descend` takes it; held: the place of a value that stays, and the value."""
+    """A problem as `descend` takes it; held: the place of a value that stays, and the value; exact: see Changed."""
     lower, upper = problem.lower.copy(), problem.upper.copy()
     if held:
         lower[held[0]] = upper[held[0]] = held[1]
-    return Changed(problem, cells, factors, offset, lower, upper)
+    return Changed(problem, cells, factors, offset, lower, upper, exact)
 
 
 class _Reached(NamedTuple):
@@ -117,6 +121,10 @@ def _step(changed: Changed, now: _Reached, damping: float, tolerance: float, max
         trial = np.clip(now.point + moved, changed.lower, changed.upper)
         step = trial - now.point
         value, evaluations = changed.residual(trial), evaluations + 1
+        if changed.exact:  # a product of a weight and a shape value makes a curved valley, which this follows
+            better = changed.exact(trial)
+            left = changed.residual(better)
+            trial, value = (better, left) if left @ left < value @ value else (trial, value)
         along = linear @ step
         foreseen = 2 * float(downhill @ step) - float(along @ along)
         fall = now.cost - float(value @ value)

@@ -18,7 +18,7 @@ from gonio.fitting.objective.problem import LARGE, Problem
 from gonio.fitting.search.bulk import rivals
 from gonio.fitting.search.cells.descent import changed, descend
 from gonio.fitting.search.cells.weights import InCells
-from gonio.fitting.search.descent import SEARCHED, Descent
+from gonio.fitting.search.descent import SEARCHED
 from gonio.fitting.search.groups import carried, common, is_grouped, side_by_side
 from gonio.fitting.search.reduced import Reduced
 from gonio.fitting.search.solver import Optimum
@@ -26,6 +26,8 @@ from gonio.fitting.search.solver import Optimum
 Values = npt.NDArray[np.float64]
 
 FEWEST = 8  # cells on which a shared shape is searched, at the least
+NEAR = 1e-6  # relative change of E that ends a search for a start
+SHORT = 10  # the first searches may try so many times fewer points
 BETTER = 1e-10  # of E: by how much another minimum must be lower
 
 
@@ -47,21 +49,31 @@ def search(problem: Problem, cells: Cells, settings: Settings) -> Optimum:
     """The values of least E of a problem that `in_cells` takes; the history holds E after each round."""
     relative = replace(problem, weighting="relative") if problem.logarithmic else problem
     reduced = InCells(relative)  # logarithms are not linear in the weights, and relative errors are near
+
+    def exact(vector: Values) -> Values:
+        shape = vector[problem.n_weights :]
+        return np.concatenate([reduced.solve(shape)[0], shape])
+
+    whole = changed(problem, cells, exact=None if problem.logarithmic or not problem.free_shape else exact)
     shapes, before, searched = _starts(problem, cells, reduced, settings)
-    ends = [_descended(problem, cells, reduced, shape, settings.max_steps) for shape in shapes]
+    # the first searches only find out which start leads lowest
+    steps = settings.max_steps
+    starts = [np.concatenate([reduced.solve(shape)[0], shape]) for shape in shapes]
+    ends = [descend(whole, start, NEAR, steps // SHORT) for start in starts]
     ends.sort(key=lambda end: end.cost)
-    best, evaluations = ends[0], before + sum(end.evaluations for end in ends)
+    best = descend(whole, ends[0].point, SEARCHED, steps)
+    evaluations = before + best.evaluations + sum(end.evaluations for end in ends)
     history = [best.cost]
     for _ in range(settings.rounds if is_grouped(problem) else 0):
         unit = reduced.unit(best.point[problem.n_weights :])
         moved = reduced.shape(_each_moved(reduced, unit, settings.line))
-        end = _descended(problem, cells, reduced, moved, settings.max_steps)
+        end = descend(whole, np.concatenate([reduced.solve(moved)[0], moved]), SEARCHED, steps)
         evaluations += end.evaluations
         if not end.cost < best.cost * (1 - BETTER):
             break
         best = end
         history.append(best.cost)
-    end = descend(changed(problem, cells), best.point, SEARCHED, settings.max_steps, last_digits=True)
+    end = descend(whole, best.point, SEARCHED, steps, last_digits=True)
     history[-1] = end.cost
     return Optimum(
         end.point,
@@ -123,8 +135,3 @@ def _each_moved(reduced: InCells, unit: Values, line: int) -> Values:
         if entry.size > 1:
             unit = side_by_side(reduced, unit, k, line)
     return unit
-
-
-def _descended(problem: Problem, cells: Cells, reduced: InCells, shape: Values, max_steps: int) -> Descent:
-    start = np.concatenate([reduced.solve(shape)[0], shape])
-    return descend(changed(problem, cells), start, SEARCHED, max_steps)

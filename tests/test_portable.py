@@ -1,6 +1,7 @@
 """gonio where a system lacks what only some have: no `resource`, no `fcntl`, no fork, no modes, no signals but one."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from gonio import catalogue, simulate, write
-from gonio.portable import cores, give_usual_rights, peak_megabytes, synchronise
+from gonio.portable import available_memory, cores, give_usual_rights, peak_megabytes, synchronise
 
 ABSENT = ("fcntl", "grp", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")  # none is on Windows
 # What Python runs first when it starts: the modules are as absent as elsewhere, and so are the functions of `os` and
@@ -115,6 +116,10 @@ def test_what_stands_in_where_the_system_does_not_tell(monkeypatch, tmp_path):
     assert cores() == (os.cpu_count() or 1)
     monkeypatch.setitem(sys.modules, "resource", None)
     assert peak_megabytes() == 0.0
+    with monkeypatch.context() as elsewhere:  # no files of the kernel, and none of its numbers
+        elsewhere.setattr(Path, "read_text", lambda *_, **__: (tmp_path / "absent").stat())
+        elsewhere.setattr(os, "sysconf_names", {})
+        assert available_memory() == math.inf
     monkeypatch.setattr(os, "name", "nt")
     monkeypatch.setattr(Path, "chmod", None)
     give_usual_rights(path)
@@ -136,3 +141,11 @@ def test_a_folder_that_cannot_be_opened_is_left_to_the_system_and_a_file_is_not(
 def test_memory_and_cores_are_counted_here():
     assert cores() >= 1
     assert peak_megabytes() > 10
+    assert 1e6 < available_memory() < 1e15
+
+
+def test_what_a_container_leaves_is_what_may_be_taken(monkeypatch):
+    """Files that it has cached are given up when memory is needed."""
+    stated = {"memory.max": "3000\n", "memory.current": "2500\n", "memory.stat": "anon 100\nfile 400\n"}
+    monkeypatch.setattr(Path, "read_text", lambda self, *_, **__: stated.get(self.name, ""))
+    assert available_memory() == 900.0

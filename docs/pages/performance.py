@@ -5,8 +5,8 @@ from typing import Any
 
 from _pages import BENCHMARKS, DOCS, write
 
-NAMES = ("results", "growth", "crash", "interrupts", "gpu")
-RECORD, GROWTH, CRASH, INTERRUPTS, GPU = (BENCHMARKS / f"{name}.json" for name in NAMES)
+NAMES = ("results", "growth", "crash", "interrupts", "gpu", "hyperspectral")
+RECORD, GROWTH, CRASH, INTERRUPTS, GPU, SPECTRA = (BENCHMARKS / f"{name}.json" for name in NAMES)
 PAGE = DOCS / "performance.md"
 MEANING = {
     "evaluation_over_mitsuba": (
@@ -166,6 +166,35 @@ def gpu() -> str:
     )
 
 
+def spectra() -> str:
+    """What whole commands take on scans of many wavelengths, where that was measured."""
+    if not SPECTRA.exists():
+        return "Not measured yet: `make bench-hyperspectral`.\n"
+    found = json.loads(SPECTRA.read_text(encoding="utf-8"))
+    head = (
+        f"`make bench-hyperspectral` on {found['machine']}, {found['date']}, load {found['load']}. Whole commands, from "
+        "reading the file to the last line of the report; scans have 34 directions for each wavelength. Wall time is that "
+        "of this load; processor time is what an idle core takes.\n\n"
+        "| wavelengths | command | wall time [s] | processor time [s] | peak memory [MB] | to reach |\n"
+        "|---:|---|---:|---:|---:|---|\n"
+    )
+    rows = [
+        f"| {r['wavelengths']:,} | `gonio {r['command']}` | {r['seconds']:.1f} | {r['processor_seconds']:.1f} "
+        f"| {r['peak_MB']} | {'60 s, 2000 MB' * r['bound']} |"
+        for r in found["rows"]
+    ]
+    tail = (
+        "\n\nMost values of such a fit touch the points of one wavelength alone. From 64 values and 2^19 points times "
+        "values on, the derivative is held in a block for each wavelength, and what all wavelengths share is eliminated: "
+        "time and memory grow with the number of wavelengths. Only the covariance is a matrix of all pairs of values: "
+        "8 bytes times the square of their number. A shape that all wavelengths share is searched on some of them, and "
+        "its minimum on all; where nothing is shared, each wavelength is a search of its own. Annealing keeps one matrix "
+        "of all points and weights for each chain. A fit that would need more memory than there is says so before it "
+        "begins.\n"
+    )
+    return head + "\n".join(rows) + tail
+
+
 def page(results: dict[str, Any]) -> str:
     names = [name for name in MEANING if name in results["figures"]]
     rows = [row(name, results) for name in (*names, *(n for n in results["figures"] if n not in MEANING))]
@@ -182,6 +211,8 @@ def page(results: dict[str, Any]) -> str:
         growth(),
         crashes(),
         interrupts(),
+        "## Many wavelengths\n",
+        spectra(),
         "## On a GPU\n",
         gpu(),
     ]

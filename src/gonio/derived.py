@@ -80,7 +80,7 @@ def _sets(flat: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 def _at_incidence(solution: Solution, part: xr.Dataset, key: Mapping[str, Any], theta_i: float) -> Iterator[Derived]:
     """The reflectance and the peak at one incidence angle [deg] of a set."""
-    model, values_of = solution.model, _values_of(solution, part, theta_i)
+    model, (used, values_of) = solution.model, _values_of(solution, part, theta_i)
     where = {"theta_i": theta_i, **key}
 
     def reflectance(values: Values, nodes: int) -> float:
@@ -89,16 +89,18 @@ def _at_incidence(solution: Solution, part: xr.Dataset, key: Mapping[str, Any], 
     def curve(values: Values, theta_r: Values) -> Values:
         return np.asarray(model(Geometry.in_plane(np.full_like(theta_r, theta_i), theta_r), values_of(values)))
 
-    yield _integral("reflectance", where, solution, reflectance)
-    yield from _peak(where, solution, curve, part)
+    yield _integral("reflectance", where, solution, reflectance, used)
+    yield from _peak(where, solution, curve, part, used)
 
 
-def _values_of(solution: Solution, part: xr.Dataset, theta_i: float) -> Callable[[Values], dict[str, float]]:
-    """From all values of the fit, those that hold at one incidence angle of a set."""
+def _values_of(
+    solution: Solution, part: xr.Dataset, theta_i: float
+) -> tuple[list[int], Callable[[Values], dict[str, float]]]:
+    """Which values of the fit hold at one incidence angle of a set, and a function that picks them by name from all."""
     sets = {name: part[name].values[:1] for name in dataset.SETS if name in part.coords}
     direction = dataset.make_scan([theta_i], [0.0], [0.0], coordinates=sets)
     indices = {name: int(np.ravel(index)[0]) for name, index in solution.places(direction).items()}
-    return lambda values: {name: float(values[index]) for name, index in indices.items()}
+    return list(indices.values()), lambda values: {name: float(values[index]) for name, index in indices.items()}
 
 
 def _albedo(solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Derived:
@@ -108,12 +110,12 @@ def _albedo(solution: Solution, part: xr.Dataset, key: Mapping[str, Any]) -> Der
         n for n, by in zip(stored["name"].values, stored["by"].values, strict=True) if "theta_i" in by.split(",")
     ]
     refused = f"{grouped[0]} has one value for each theta_i, and none between them" if grouped else ""
-    values_of = _values_of(solution, part, float(part["theta_i"].values[0]))
+    used, values_of = _values_of(solution, part, float(part["theta_i"].values[0]))
 
     def albedo(values: Values, nodes: int) -> float:
         return bihemispherical_reflectance(lambda g: np.asarray(model(g, values_of(values))), nodes)
 
-    return _integral("albedo", key, solution, albedo, refused)
+    return _integral("albedo", key, solution, albedo, used, refused)
 
 
 def _integral(
@@ -121,11 +123,12 @@ def _integral(
     where: Mapping[str, Any],
     solution: Solution,
     integral: Callable[[Values, int], float],
+    used: list[int],
     refused: str = "",
 ) -> Derived:
     """A reflectance, unless the data are relative or the quadrature depends on its nodes.
 
-    `refused` says why there is no such number, "" where there is.
+    `used`: places of the values that it depends on. `refused` says why there is no such number, "" where there is.
     """
     if solution.unit != dataset.ABSOLUTE:
         refused = RELATIVE
@@ -138,12 +141,14 @@ def _integral(
     nodes = next(converged, None)
     if nodes is None:
         return Derived(name, where, "1", why=NARROW)
-    band = propagate(solution, lambda values: np.array([integral(values, nodes)]))
+    band = propagate(solution, lambda values: np.array([integral(values, nodes)]), used)
     return Derived(name, where, "1", float(band.value[0]), float(band.uncertainty[0]), float(band.systematic[0]))
 
 
-def _peak(where: Mapping[str, Any], solution: Solution, curve: Curve, part: xr.Dataset) -> Iterator[Derived]:
-    """The largest value in plane and the half width about it.
+def _peak(
+    where: Mapping[str, Any], solution: Solution, curve: Curve, part: xr.Dataset, used: list[int]
+) -> Iterator[Derived]:
+    """The largest value in plane and the half width about it; `used`: places of the values that the curve depends on.
 
     Where values of the fit change, the angle of the peak moves. Its height does not depend on that to first order, for
     the slope is 0 there. The angles of half height move by the change of half height less the curve's, over its slope.
@@ -165,7 +170,7 @@ def _peak(where: Mapping[str, Any], solution: Solution, curve: Curve, part: xr.D
         moved = sides + (peak / 2 - np.array(halves)) / slopes
         return np.array([peak, np.ptp(moved) / 2] if len(moved) else [peak])
 
-    band = propagate(solution, numbers)
+    band = propagate(solution, numbers, used)
     columns = zip(band.value.tolist(), band.uncertainty.tolist(), band.systematic.tolist(), strict=True)
     yield Derived("peak", where, unit, *next(columns))
     why = "the fit does not fall to half its peak on both sides within the scan"

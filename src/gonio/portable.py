@@ -5,6 +5,7 @@ may use, how memory is counted, and which signals there are. Everything else in 
 are always started afresh (`spawn`), which every system has, and never forked.
 """
 
+import math
 import os
 import signal
 import sys
@@ -32,6 +33,48 @@ def peak_megabytes() -> float:
         return 0.0
     unit = 2**20 if sys.platform == "darwin" else 2**10  # macOS counts bytes, Linux kilobytes
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+
+
+def available_memory() -> float:
+    """The memory [bytes] that this process may still take; infinite where the system does not tell.
+
+    On Linux what the kernel counts as available, or what is left of the limit of a container or of `ulimit -v`.
+    """
+    limits = [_of_container(), _of_address_space()]
+    try:
+        lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text().splitlines())
+        limits.append(1024.0 * int(lines["MemAvailable"].split()[0]))
+    except (OSError, KeyError, ValueError):  # no Linux
+        if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
+            limits.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
+    return max(min(limits), 0.0)
+
+
+def _of_container() -> float:
+    """What is left of the limit of the control group that this process is in, infinite without one.
+
+    Cached files count as taken there, and are given up when the memory is needed.
+    """
+    group = Path("/sys/fs/cgroup")
+    try:
+        limit, taken = (float((group / f"memory.{name}").read_text()) for name in ("max", "current"))
+        stated = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
+        return limit - taken + float(stated["file"])
+    except (OSError, ValueError, KeyError):  # none, or the word `max`
+        return math.inf
+
+
+def _of_address_space() -> float:
+    """What is left of this process's limit of address space, infinite without one."""
+    try:
+        import resource
+
+        if (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) == resource.RLIM_INFINITY:
+            return math.inf
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except (ImportError, OSError, ValueError):  # Windows, macOS
+        return math.inf
+    return float(limit - taken)
 
 
 def is_running(process: int) -> bool:

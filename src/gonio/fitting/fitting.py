@@ -25,6 +25,7 @@ import numpy.typing as npt
 from gonio.fitting.certainty.covariance import covariance as covariance_of
 from gonio.fitting.certainty.covariance import estimator, systematic_shift
 from gonio.fitting.covariance_kinds import DEFAULT
+from gonio.fitting.objective.cells.memory import refuse_too_large
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.schema import Parameters, assembled, problem_attributes
 from gonio.fitting.search.projection import Projection
@@ -49,10 +50,13 @@ def fit(
     A search that does not end at a good minimum raises nothing: the status of the Solution says what is wrong. Its cost
     is E of the data, without the penalty of smooth parameters and without the weights of a robust loss.
     Raises ValueError for a covariance that does not exist, for `absolute` where the scan states no uncertainty, for
-    another one than `robust` under a robust loss, and where a smooth parameter has no scale (`search.strength`).
+    another one than `robust` under a robust loss, where a smooth parameter has no scale (`search.strength`), and where
+    there is not enough memory.
     """
     solver = solver or Projection()
-    estimator(problem, covariance)  # made here only for what it refuses, before the search takes its time
+    # both only for what they refuse, before the search takes its time
+    estimator(problem, covariance)
+    refuse_too_large(problem)
     started = time.perf_counter()
     problem = resolved(problem)
     optimum = solver.search(problem, progress)

@@ -5,7 +5,7 @@ covariance of these, the numbers have the covariance G C G'. This takes the numb
 uncertainty; `bootstrap` and `profile` do not.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +35,12 @@ class Propagated:
     systematic: Values
 
 
-def propagate(solution: Solution, function: Callable[[Values], Values]) -> Propagated:
+def propagate(
+    solution: Solution, function: Callable[[Values], Values], used: Iterable[int] | None = None
+) -> Propagated:
     """A function of all values (n,) of a solution, in its order, with the uncertainty of its results (m,).
+
+    used: places of the values that it depends on, where these are not all: only they are varied.
 
     Random errors are the root of the diagonal of G C G'. A systematic shift s of the values moves the results by G s,
     with its signs, so that parts can cancel. Held values are taken as exact; a value at a bound counts as though the
@@ -44,6 +48,8 @@ def propagate(solution: Solution, function: Callable[[Values], Values]) -> Propa
     """
     stored = solution.dataset
     free = np.flatnonzero(~stored["held"].values)
+    if used is not None:
+        free = np.intersect1d(free, np.fromiter(used, dtype=np.intp))
     values = stored["value"].values
 
     def of_free(free_values: Values) -> Values:
@@ -74,7 +80,9 @@ def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
     """
     places, acceptance = solution.places(points), Acceptance(solution.instrument, dataset.geometry(points))
     at_points = propagate(
-        solution, lambda values: acceptance.brdf(solution.model, {n: values[at] for n, at in places.items()})
+        solution,
+        lambda values: acceptance.brdf(solution.model, {n: values[at] for n, at in places.items()}),
+        np.unique(np.concatenate([np.ravel(place) for place in places.values()])),
     )
     columns = {
         "brdf": at_points.value,

@@ -21,8 +21,8 @@ import xarray as xr
 from scipy.special import ndtr, ndtri
 
 from gonio.fitting.certainty.covariance import left_out, robust, tangent
+from gonio.fitting.objective.cells.linear import Plane
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.objective.tangent import Tangent
 from gonio.fitting.search.refit import refit
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.solution import Solution
@@ -125,7 +125,7 @@ def kept(solution: Solution, drawn: xr.Dataset) -> Solution:
     return replace(solution, dataset=solution.dataset.assign(bootstrap=(draws.dims, draws.values, dict(drawn.attrs))))
 
 
-def _wild(plane: Tangent, residual: Values, random: np.random.Generator) -> Iterator[Resampled]:
+def _wild(plane: Plane, residual: Values, random: np.random.Generator) -> Iterator[Resampled]:
     """Rademacher signs on the residuals that HC3 takes, about the fitted values.
 
     The offset takes the residual itself away: at the solution the drawn error is then the whole residual.
@@ -148,15 +148,17 @@ def _seen(problem: Problem, counts: Values) -> npt.NDArray[np.bool_]:
     return np.concatenate([np.bincount(e.group, weights=counts, minlength=e.size) > 0 for e in problem.free])
 
 
-def _acceleration(plane: Tangent, residual: Values) -> Values:
+def _acceleration(plane: Plane, residual: Values) -> Values:
     """The acceleration (n,) of efron1987: the skewness over six of the influence of every point on every value.
 
     The influence is the change of the values with each residual, to first order, in place of a jackknife of fits.
     """
-    change = -(plane.directions @ plane.basis[: len(residual)].T)  # by a measured value, which the residual subtracts
-    influence = change * residual
-    squares = np.sum(influence**2, axis=1)
-    return np.sum(influence**3, axis=1) / np.where(squares > 0, 6 * squares**1.5, 1.0)
+    skewness = np.zeros(len(plane.blind))
+    for places, moved in plane.moves(len(residual)):
+        influence = -moved * residual  # by a measured value, which the residual subtracts
+        squares = np.sum(influence**2, axis=1)
+        skewness[places] = np.sum(influence**3, axis=1) / np.where(squares > 0, 6 * squares**1.5, 1.0)
+    return skewness
 
 
 def _quantiles(drawn: xr.Dataset, tails: Values) -> dict[str, tuple[float, float]]:

@@ -21,14 +21,16 @@ import numpy.typing as npt
 from gonio.fitting.certainty import bulk
 from gonio.fitting.covariance_kinds import ABSOLUTE, COVARIANCES, DEFAULT, infinite
 from gonio.fitting.objective.blocks import in_blocks
+from gonio.fitting.objective.cells.linear import Plane, linearised, plane_of
+from gonio.fitting.objective.cells.plane import CellPlane
+from gonio.fitting.objective.cells.slopes import Slopes
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.objective.slopes import jacobian
 from gonio.fitting.objective.tangent import ALONE, Tangent
 from gonio.fitting.objective.weighting import stated
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-Estimator = Callable[[Tangent, Values], Values]
+Estimator = Callable[[Plane, Values], Values]
 
 
 def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Values | None = None) -> Values:
@@ -44,9 +46,9 @@ def covariance(problem: Problem, vector: Values, kind: str = DEFAULT, slope: Val
     return estimator(problem, kind, slope)(tangent(problem, vector), residual)
 
 
-def tangent(problem: Problem, vector: Values) -> Tangent:
+def tangent(problem: Problem, vector: Values) -> Plane:
     """The tangent plane of the whole residual: the points first, then the rows of the penalty of smooth parameters."""
-    return Tangent(np.concatenate([jacobian(problem, vector), problem.penalty]))
+    return plane_of(linearised(problem, vector))
 
 
 def estimator(problem: Problem, kind: str, slope: Values | None = None) -> Estimator:
@@ -71,7 +73,7 @@ def _refuse_unknown(kind: str) -> None:
         raise ValueError(f"no covariance {kind!r}: choose one of {', '.join(COVARIANCES)}")
 
 
-def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Values:
+def robust(plane: Plane, residual: Values, slope: Values | None = None) -> Values:
     """Covariance of the values (n, n), infinite where the data do not determine a value.
 
     The heteroscedasticity-consistent estimate HC3 (mackinnon1985): it needs no assumption on how the noise depends on
@@ -86,40 +88,38 @@ def robust(plane: Tangent, residual: Values, slope: Values | None = None) -> Val
     A value that rests on a point which some value fits exactly is not determined: such a point has no residual.
     """
     error, alone = left_out(plane, residual)
-    basis, penalty = plane.basis[: len(residual)], plane.basis[len(residual) :]
-    inverse = plane.directions @ basis.T
-    if slope is not None and not np.all(slope == 1):  # for squared errors the bread is the identity
-        bread = basis.T @ (slope[:, None] * basis) + penalty.T @ penalty
-        inverse = plane.directions @ np.linalg.pinv(bread) @ basis.T
-    unknown = plane.blind
+    if slope is not None and np.all(slope == 1):
+        slope = None  # squared errors, whose normal equations the plane has solved
+    unknown = plane.blind.copy()
     if alone.any():
-        unknown = unknown | (np.abs(inverse[:, alone]).max(axis=1) > 1e-9 * np.abs(inverse).max(axis=1))
-    spread = inverse * error
-    return infinite(spread @ spread.T, unknown)
+        for places, moved in plane.moves(len(residual), slope):
+            size = np.abs(moved)
+            unknown[places] |= size[:, alone].max(axis=1) > 1e-9 * size.max(axis=1)
+    return infinite(plane.covariance(error, slope), unknown)
 
 
-def scaled(plane: Tangent, residual: Values) -> Values:
+def scaled(plane: Plane, residual: Values) -> Values:
     """The textbook's covariance s^2 (J'J)^-1 (n, n), for residuals that scatter by the same amount at every point.
 
     s^2 is r'r over the degrees of freedom, points less values; a point of no weight counts for none. With fewer than
     one of these no value is determined.
     """
-    basis = plane.basis[: len(residual)]
-    points = np.count_nonzero((residual != 0) | basis.any(axis=1))
-    freedom = points - float(np.sum(basis**2))  # effective values, which a penalty makes fewer
+    leverage = plane.leverage(len(residual))
+    points = np.count_nonzero((residual != 0) | (leverage > 0))
+    freedom = points - plane.effective_values(len(residual))  # effective values, which a penalty makes fewer
     if freedom < 1:
         return infinite(np.zeros((len(plane.blind),) * 2), np.ones_like(plane.blind))
-    spread = plane.directions @ basis.T
-    return infinite(residual @ residual / freedom * (spread @ spread.T), plane.blind)
+    covariance = plane.covariance(np.ones_like(residual))
+    covariance *= residual @ residual / freedom
+    return infinite(covariance, plane.blind)
 
 
-def absolute(plane: Tangent, error: Values) -> Values:
+def absolute(plane: Plane, error: Values) -> Values:
     """Covariance (n, n) from the standard deviation (points,) of every residual: the law of propagation."""
-    spread = (plane.directions @ plane.basis[: len(error)].T) * error
-    return infinite(spread @ spread.T, plane.blind)
+    return infinite(plane.covariance(error), plane.blind)
 
 
-def left_out(plane: Tangent, residual: Values) -> tuple[Values, Mask]:
+def left_out(plane: Plane, residual: Values) -> tuple[Values, Mask]:
     """The residual (points,) of each point in a fit without it, r_k / (1 - h_k) to first order.
 
     Also which points some value fits exactly: for these that is zero over zero, and zero is returned.
@@ -142,8 +142,11 @@ def systematic_shift(problem: Problem, vector: Values, pinned: Mask) -> Values:
     error = problem.error(uncertainty.values)
     if blocked := in_blocks(problem):
         return bulk.systematic_shift(blocked, vector, error, pinned)
-    slopes = np.concatenate([jacobian(problem, vector), problem.penalty])
+    slopes = linearised(problem, vector)
+    if isinstance(slopes, Slopes):
+        of_cells = CellPlane(slopes, ~pinned)
+        return np.where(of_cells.blind, np.inf, of_cells.moved(np.concatenate([error, np.zeros(len(slopes.penalty))])))
     shift = np.zeros(slopes.shape[1])
     plane = Tangent(slopes[:, ~pinned])
-    shift[~pinned] = np.where(plane.blind, np.inf, plane.directions @ (plane.basis[: len(error)].T @ error))
+    shift[~pinned] = np.where(plane.blind, np.inf, plane.moved(error))
     return shift

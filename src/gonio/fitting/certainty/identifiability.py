@@ -15,16 +15,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from gonio.fitting.certainty.correlation import Free, correlated
 from gonio.fitting.certainty.profile import Profile
 from gonio.fitting.solution import Solution
 
-Values = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-
 INFLATED = 10**0.5  # a variance ten times that of the value alone is the customary sign of collinearity (belsley1980)
-TOGETHER = 0.8  # correlation of two values, in size, from which one makes up for the other
 # of the relative uncertainty of either part: a ratio or product that is determined although they are not
 STABLE = 1 / 3
 NAMED = 4  # partners that a sentence names at most
@@ -63,27 +59,6 @@ class Combination:
         return abs(self.uncertainty / self.value) if self.value else np.inf
 
 
-@dataclass(frozen=True)
-class _Free:
-    """What a fit was free to change: names, values (n,) and covariance (n, n)."""
-
-    names: list[str]
-    values: Values
-    covariance: Values
-
-    @classmethod
-    def of(cls, solution: Solution) -> "_Free":
-        """Those of a solution, in its order."""
-        free = np.flatnonzero(~solution.dataset["held"].values)
-        names = solution.dataset["parameter"].values[free].tolist()
-        covariance = solution.dataset["covariance"].values[np.ix_(free, free)]
-        return cls(names, solution.dataset["value"].values[free], covariance)
-
-    @property
-    def by_name(self) -> dict[str, float]:
-        return dict(zip(self.names, self.values, strict=True))
-
-
 def determinations(solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()) -> list[Determination]:
     """One for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
 
@@ -95,40 +70,25 @@ def determinations(solution: Solution, farthest: float = 90.0, profiles: Sequenc
 
 def _determinations(solution: Solution, farthest: float) -> list[Determination]:
     """The determinations from the covariance alone, without profiles."""
-    free = _Free.of(solution)
-    variance = np.diag(free.covariance)
-    known = np.isfinite(variance) & (variance > 0)
-    at_bound = dict(zip(solution.values, solution.dataset["at_bound"].values.tolist(), strict=True))
+    free = Free.of(solution)
+    known = np.isfinite(free.variance) & (free.variance > 0)
+    at_bound = solution.dataset["at_bound"].values[free.places]
     # a value at its bound, or without effect, makes up for no other: correlations are those of the rest
-    inside = np.flatnonzero(known & np.array([not at_bound[name] for name in free.names], dtype=bool))
-    covariance = free.covariance[np.ix_(inside, inside)]
-    spread = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(spread, spread) if inside.size else covariance
-    near = ~_across_groups(solution)[np.ix_(inside, inside)]
-    inflation = _inflation(correlation, near)
-    names = [free.names[k] for k in inside]
+    inside = np.flatnonzero(known & ~at_bound)
+    found = correlated(free, inside)
+    place = {int(k): at for at, k in enumerate(inside)}
     out = []
     for k, name in enumerate(free.names):
-        if at_bound[name]:
+        if at_bound[k]:
             words = "at its bound: the data would have it beyond, or do not tell it"
             out.append(Determination(name, False, np.nan, (), words))
         elif not known[k]:
             words = "not determined: no value fits better than another; hold it"
             out.append(Determination(name, False, np.inf, (), words))
         else:
-            at = int(np.flatnonzero(inside == k)[0])
-            partners = _partners(names, correlation[at], near[at], at)
-            out.append(_determination(name, float(inflation[at]), partners, farthest))
+            at = place[k]
+            out.append(_determination(name, float(found.inflation[at]), found.partners[at], farthest))
     return out
-
-
-def _partners(names: list[str], correlation: Values, near: Mask, at: int) -> tuple[str, ...]:
-    """The values that make up for one, the strongest first, from its correlation (n,) with every value.
-
-    near (n,): which values count. at: its own place, at which the correlation is one.
-    """
-    strong = [k for k in np.argsort(-np.abs(correlation)) if near[k] and k != at and abs(correlation[k]) > TOGETHER]
-    return tuple(names[k] for k in strong)
 
 
 def _determination(name: str, inflation: float, partners: tuple[str, ...], farthest: float) -> Determination:
@@ -145,45 +105,13 @@ def _determination(name: str, inflation: float, partners: tuple[str, ...], farth
     return Determination(name, False, inflation, partners, words)
 
 
-def _inflation(correlation: Values, near: Mask) -> Values:
-    """Each value's standard uncertainty over the one that it would have if all that are near it were known (n,).
-
-    near (n, n): which values count for which. R of values that nearly make up for each other can be singular to
-    rounding, hence the pseudoinverse. An inflation below one is rounding too.
-    """
-    if near.all():
-        return np.sqrt(np.maximum(np.diag(np.linalg.pinv(correlation, hermitian=True)), 1.0))
-    variances = np.ones(len(correlation))
-    for k, counted in enumerate(near):
-        inverse = np.linalg.pinv(correlation[np.ix_(counted, counted)], hermitian=True)
-        place = counted[:k].sum()  # of value k among those that count
-        variances[k] = inverse[place, place]
-    return np.sqrt(np.maximum(variances, 1.0))
-
-
-def _across_groups(solution: Solution) -> Mask:
-    """Which pairs of free values (n, n) belong to different groups, where either's parameter is smooth over them.
-
-    Smoothing itself correlates them, which says nothing of what the data determine.
-    """
-    rows = np.flatnonzero(~solution.dataset["held"].values)
-    if not solution.smooth:
-        return np.zeros((len(rows), len(rows)), dtype=bool)
-    free = solution.dataset.isel(parameter=rows)
-    smooth = np.isin(free["name"].values, list(solution.smooth))
-    by, group = free["by"].values, free["group"].values
-    other_group = (by[:, None] == by) & (group[:, None] != group)
-    across_groups: Mask = other_group & (smooth[:, None] | smooth)
-    return across_groups
-
-
 def combinations(solution: Solution) -> list[Combination]:
     """Numbers that the data determine although their parts trade off.
 
     First those that the model declares, where they are relatively surer than each of their parts; then ratios and
     products of two values that trade off, unless one of the first holds both.
     """
-    free = _Free.of(solution)
+    free = Free.of(solution)
     out = []
     for name, of in solution.model.combinations.items():
         try:
@@ -192,17 +120,19 @@ def combinations(solution: Solution) -> list[Combination]:
             continue
         if declared.relative < _surest_part(name, free):
             out.append(declared)
+    declared_words = [set(_words(c.name)) for c in out]
     traded = [d for d in determinations(solution) if not d.determined and d.partners]
-    pairs = {tuple(sorted((d.name, p), key=free.names.index)) for d in traded for p in d.partners}
-    for one, two in sorted(pairs, key=lambda pair: (free.names.index(pair[0]), free.names.index(pair[1]))):
-        for sign, mark in ((-1, "/"), (1, " ")):
-            pair = _pair(one, two, sign, mark, free)
-            if pair and not any(set(_words(c.name)) >= {one, two} for c in out):
-                out.append(pair)
+    place = free.place_of
+    pairs = {tuple(sorted((d.name, p), key=place.__getitem__)) for d in traded for p in d.partners}
+    for one, two in sorted(pairs, key=lambda pair: (place[pair[0]], place[pair[1]])):
+        if any(words >= {one, two} for words in declared_words):
+            continue
+        ratio_or_product = (_pair(one, two, sign, mark, free) for sign, mark in ((-1, "/"), (1, " ")))
+        out += [pair for pair in ratio_or_product if pair][:1]
     return out
 
 
-def _pair(one: str, two: str, sign: int, mark: str, free: _Free) -> Combination | None:
+def _pair(one: str, two: str, sign: int, mark: str, free: Free) -> Combination | None:
     """One times two to the power of `sign`, where that is much better known than either; else None.
 
     The relative variance of x y^s is v_xx/x^2 + 2 s v_xy/(x y) + s^2 v_yy/y^2, with v the covariance, to first order.
@@ -211,8 +141,8 @@ def _pair(one: str, two: str, sign: int, mark: str, free: _Free) -> Combination 
     known = free.by_name
     if not known[one] or not known[two]:
         return None
-    at = [free.names.index(one), free.names.index(two)]
-    relative_covariance = free.covariance[np.ix_(at, at)] / np.outer([known[one], known[two]], [known[one], known[two]])
+    at = [free.place_of[one], free.place_of[two]]
+    relative_covariance = free.covariance(at) / np.outer([known[one], known[two]], [known[one], known[two]])
     direction = np.array([1.0, sign])
     # the terms cancel where the pair is determined, and rounding can leave less than zero
     relative = float(np.sqrt(max(direction @ relative_covariance @ direction, 0.0)))
@@ -222,28 +152,42 @@ def _pair(one: str, two: str, sign: int, mark: str, free: _Free) -> Combination 
     return Combination(f"{one}{mark}{two}", value, abs(value) * relative)
 
 
-def _declared(name: str, of: object, solution: Solution, free: _Free) -> Combination:
+class _Read(dict[str, float]):
+    """Values by name that remember which were asked for: a combination is made of few of very many values."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__(values)
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> float:
+        self.read.add(name)
+        return super().__getitem__(name)
+
+
+def _declared(name: str, of: object, solution: Solution, free: Free) -> Combination:
     """A combination that the model declares as a function of the values by name, by the law of propagation.
 
     Infinite uncertainty where a value takes part that the data do not determine. KeyError for a name without a value.
     """
     assert callable(of)
-    values: Mapping[str, float] = {**solution.values, **free.by_name}
+    values = _Read({**solution.values, **free.by_name})
     value = float(of(values))
-    slope = np.zeros(len(free.names))
-    for k, parameter in enumerate(free.names):
+    places, slopes = [], []
+    for parameter in sorted(values.read & free.by_name.keys(), key=free.place_of.__getitem__):
         step = DIFFERENCE * max(abs(values[parameter]), DIFFERENCE)
         ahead, behind = ({**values, parameter: values[parameter] + s} for s in (step, -step))
-        slope[k] = (float(of(ahead)) - float(of(behind))) / (2 * step)
-    parts = np.flatnonzero(slope)  # an infinite variance of a value that takes no part must not come in
-    variance = slope[parts] @ free.covariance[np.ix_(parts, parts)] @ slope[parts]
+        slope = (float(of(ahead)) - float(of(behind))) / (2 * step)
+        if slope:  # an infinite variance of a value that takes no part must not come in
+            places.append(free.place_of[parameter])
+            slopes.append(slope)
+    variance = np.array(slopes) @ free.covariance(places) @ np.array(slopes) if places else 0.0
     return Combination(name, value, float(np.sqrt(variance)) if np.isfinite(variance) else np.inf)
 
 
-def _surest_part(name: str, free: _Free) -> float:
+def _surest_part(name: str, free: Free) -> float:
     """Least relative uncertainty of the values that a combination's name names, infinite where they are held."""
-    at = [free.names.index(word) for word in _words(name) if word in free.names]
-    relative = [np.sqrt(free.covariance[k, k]) / abs(free.values[k]) for k in at if free.values[k]]
+    at = [free.place_of[word] for word in _words(name) if word in free.place_of]
+    relative = [np.sqrt(free.variance[k]) / abs(free.values[k]) for k in at if free.values[k]]
     return float(min(relative, default=np.inf))
 
 

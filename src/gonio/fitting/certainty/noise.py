@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import nnls
 
+from gonio.fitting.objective.cells.linear import Linear, plane_of, scaled
 from gonio.fitting.objective.loss import LOSSES
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.objective.tangent import ALONE, Tangent
+from gonio.fitting.objective.tangent import ALONE
 from gonio.fitting.search.reweighting import scatter
 
 Values = npt.NDArray[np.float64]
@@ -73,7 +74,7 @@ class Noise(NamedTuple):
         """The standard deviation of residuals (m,) with these Kinds of variances (m, 2), up to `size`."""
         return np.sqrt(_variance(kinds, self.amounts, self.least))
 
-    def studentised(self, residual: Values, slopes: Values) -> Values:
+    def studentised(self, residual: Values, slopes: Linear) -> Values:
         """Residuals (points,) over their scatter, zero for a point that one value fits exactly, which tells nothing."""
         remaining, alone = residual - slopes @ self.moved, self.leverage > ALONE
         deviation = self.deviation(self.kinds.variances) * np.sqrt(np.where(alone, 1.0, 1 - self.leverage))
@@ -81,19 +82,19 @@ class Noise(NamedTuple):
         return out
 
 
-def estimated(residual: Values, slopes: Values, kinds: Kinds) -> Noise:
-    """The noise of residuals (points,) with derivatives `slopes` (points, n), by a fit under Cauchy's loss.
+def estimated(residual: Values, free: int, slopes: Linear, kinds: Kinds) -> Noise:
+    """The noise of residuals (points,) with derivatives `slopes` by `free` values, by a fit under Cauchy's loss.
 
     Each round finds the amounts of noise from the residuals that remain, weighs every point by its own variance and by
     how little it is an outlier, and fits again (`search.reweighting` has the reason).
     """
-    remaining, free, trust = residual, slopes.shape[1], np.ones_like(residual)
+    remaining, trust = residual, np.ones_like(residual)
     for _ in range(ROBUST_ROUNDS):
         amounts, least = _amounts(remaining, kinds.variances)
         deviation = np.sqrt(_variance(kinds.variances, amounts, least))
         root = np.sqrt(trust) / deviation
-        plane = Tangent(root[:, None] * slopes)
-        moved = plane.directions @ (plane.basis.T @ (root * residual))
+        plane = plane_of(scaled(slopes, root))
+        moved = plane.moved(root * residual)
         remaining = residual - slopes @ moved
         size = _spread(remaining / deviation, free)
         trust = LOSSES["cauchy"].weight(remaining / deviation / size)

@@ -18,8 +18,8 @@ from scipy.special import stdtrit
 
 from gonio.fitting.certainty.noise import EXACT, Kinds, Noise, estimated
 from gonio.fitting.objective.blocks import BlockedProblem, LinearSet, in_blocks
+from gonio.fitting.objective.cells.linear import of_points
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.objective.slopes import jacobian
 from gonio.fitting.search.bulk import SAMPLE, SEED
 from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct_in_groups
@@ -93,8 +93,8 @@ def scrutinise(problem: Problem, vector: npt.ArrayLike) -> Scrutiny:
     blocked = in_blocks(problem)
     few = _sample(problem) if blocked else problem
     modelled = few.brdf(vector)
-    residual, slopes = few.difference(modelled), jacobian(few, vector)
-    noise = estimated(residual, slopes, Kinds.of(few, modelled))
+    residual, slopes = few.difference(modelled), of_points(few, vector)
+    noise = estimated(residual, free, slopes, Kinds.of(few, modelled))
     if np.median(np.abs(modelled - few.measured)) <= EXACT * np.median(np.abs(few.measured)):
         studentised = np.zeros(count)
     elif blocked:

@@ -134,7 +134,7 @@ class _Minimum:
         estimate = estimator(problem, solution.covariance_kind)
         variance = np.diag(estimate(plane, residual))
         known = np.isfinite(variance) & (variance > 0)
-        unscaled = np.sum(plane.directions**2, axis=1)
+        unscaled = plane.unit_variances()
         # for a value that is not determined: the variance of one residual, from that of their mean, which every kind of
         # covariance gives: the mean is the value of a problem whose derivative is one at every point
         plane_of_mean = Tangent(np.ones((len(residual), 1)))

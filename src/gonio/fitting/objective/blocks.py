@@ -37,6 +37,7 @@ Places = npt.NDArray[np.intp]
 Result = TypeVar("Result")
 
 MANY = 200_000  # points in use from which a search takes them in blocks
+MOST_VALUES = 500  # free values up to which it does: the reduced rows have as many columns
 SIZE = 2**16  # directions of a block
 
 
@@ -249,12 +250,13 @@ _BLOCKED: "weakref.WeakKeyDictionary[Problem, BlockedProblem | None]" = weakref.
 def in_blocks(problem: Problem) -> BlockedProblem | None:
     """The points of a problem in blocks, where they are more than MANY and the problem can be split so; else None.
 
+    None also for more than MOST_VALUES values, which `objective.cells` serves.
     It can be split where nothing is smooth, no instrument is folded in, the loss is squared, each shape parameter has
     one value for all points, and each weight has one for all points or one for each set. The terms at a direction are
     then the same for all of its points, and a set has one weight for each term. The blocks of a problem are made once,
     and kept as long as the problem itself.
     """
-    if len(problem.measured) <= MANY:
+    if len(problem.measured) <= MANY or len(problem.names) > MOST_VALUES:
         return None
     if problem not in _BLOCKED:
         _BLOCKED[problem] = _blocked(problem)

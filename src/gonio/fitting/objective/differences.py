@@ -159,3 +159,45 @@ def _extrapolated(point: Values, k: int, step: float) -> Difference:
             break
         step /= 2
     return best
+
+
+def derivative_by_group(
+    function: Function, values: Values, group: npt.NDArray[np.intp], lower: float, upper: float, scale: float
+) -> Values:
+    """Derivative (points,) of a function of the values (groups,), each point by the value of its own group.
+
+    group (points,): the only value that a point depends on. All values move at once, so that many groups cost no more
+    evaluations than one. Each has its own steps and its own extrapolation, and accuracy is that of `derivative`.
+    """
+
+    def norm(numbers: Values) -> Values:
+        return np.sqrt(np.bincount(group, numbers**2, minlength=len(values)))
+
+    sizes, room = sizes_of(values, scale), np.minimum(values - lower, upper - values)
+    near = room < CENTRAL * sizes
+    best, least, done = np.zeros(len(group)), np.full(len(values), np.inf), near.copy()
+    step, row = np.where(near, 0.0, np.minimum(WIDEST * sizes, room)), list[Values]()
+    for _ in range(HALVINGS + 1):
+        if done.all():
+            break
+        ahead, behind = values + step, values - step
+        width = np.where(near, 1.0, ahead - behind)[group]
+        above, row = row, [(function(ahead) - function(behind)) / width]
+        if not above:
+            best = row[0]
+        for order, coarser in enumerate(above, start=1):
+            row.append(row[-1] + (row[-1] - coarser) / (4.0**order - 1))
+            error = np.maximum(norm(row[-1] - row[-2]), norm(row[-1] - coarser))
+            better = (error < least) & ~done
+            best, least = np.where(better[group], row[-1], best), np.where(better, error, least)
+        size = norm(best)
+        if above:
+            worse = norm(row[-1] - above[-1]) > 2 * least
+            done |= (least <= ENOUGH * size) | ((least < CENTRAL * size) & worse)
+        step = step / 2
+    if near.any():
+        inwards = np.where(near, CENTRAL * sizes * np.where(upper - values > values - lower, 1, -1), 0.0)
+        value = function(values)
+        once, twice = (function(values + many * inwards) - value for many in (1, 2))
+        best = np.where(near[group], (4 * once - twice) / (2 * np.where(near, inwards, 1.0))[group], best)
+    return best

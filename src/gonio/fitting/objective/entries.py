@@ -17,6 +17,7 @@ from gonio.geometry import Geometry
 from gonio.measured.distinct import combined, distinct, first_of
 from gonio.model import Model
 
+Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 
@@ -121,6 +122,60 @@ def held_values(
             f"{name} is {grouping} and held for {', '.join(held)}: there is none for {missing[0] or 'all'}"
         )
     return tuple(float(held[label]) for label in labels)
+
+
+def shape_at_points(entries: Sequence[Entry], shape: Values) -> dict[str, Values | float]:
+    """Each shape parameter's value at every point, shaped to broadcast against the directions.
+
+    shape (..., n_shape): the free values of the shape, in the order of their entries.
+    """
+    values: dict[str, Values | float] = {}
+    at = 0
+    for entry in entries:
+        if entry.is_weight:
+            continue
+        if entry.held is not None:
+            values[entry.name] = entry.held[0] if entry.size == 1 else np.asarray(entry.held)[entry.group]
+            continue
+        part = shape[..., at : at + entry.size]
+        values[entry.name] = part if entry.size == 1 else part[..., entry.group]
+        at += entry.size
+    return values
+
+
+def designed(entries: Sequence[Entry], basis: Mapping[str, Values], form: tuple[int, ...]) -> tuple[Values, Values]:
+    """The columns (..., points, n_weights) of the free weights, and what the held ones add (..., points).
+
+    basis: every term by weight, which broadcasts to `form`, (..., points). A grouped weight has one column a group,
+    zero outside it.
+    """
+    weights = [entry for entry in entries if entry.is_weight]
+    size = sum(entry.size for entry in weights if entry.held is None)
+    columns = np.zeros((*form[:-1], size, form[-1]))  # column by column, as LAPACK reads a matrix
+    fixed = np.zeros(form)
+    column = 0
+    for entry in weights:
+        if entry.held is not None:
+            fixed += np.asarray(entry.held)[entry.group] * basis[entry.name]
+            continue
+        if entry.size == 1:
+            columns[..., column, :] = basis[entry.name]
+        else:
+            columns[..., column + entry.group, np.arange(form[-1])] = basis[entry.name]  # in its group's column
+        column += entry.size
+    return np.swapaxes(columns, -1, -2), fixed
+
+
+def summed(entries: Sequence[Entry], basis: Mapping[str, Values], vector: Values) -> Values:
+    """The sum (points,) of every term times its weight, held ones too; vector (n,): the free weights come first."""
+    at, total = 0, np.zeros(len(entries[0].group))
+    for entry in entries:
+        if not entry.is_weight:
+            continue
+        weights = vector[at : at + entry.size] if entry.held is None else np.asarray(entry.held)
+        total += weights[entry.group] * basis[entry.name]
+        at += entry.size if entry.held is None else 0
+    return total
 
 
 SOMEWHERE = (30.0, 40.0, 170.0)  # deg; directions at which every model has a value

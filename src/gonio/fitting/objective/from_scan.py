@@ -16,9 +16,12 @@ from gonio.fitting.objective.entries import group_label
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.materials import constants
 from gonio.measured.half_width import half_widths, widest_angle
+from gonio.model import Model
+from gonio.units import UNITS
 
 HALF_WIDTH = "half-width"
 CONSTANTS = ("index", "extinction")
+WAVELENGTH = "wavelength"  # the shape parameter of a model that is held at the scan's own coordinate
 
 
 def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
@@ -75,6 +78,19 @@ def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Datas
         "held": held | by_wavelength,
         "grouped": {**options.grouped, **dict.fromkeys(CONSTANTS, ("wavelength",))},
     }
+
+
+def wavelength_of(options: ProblemOptions, model: Model, points: xr.Dataset) -> float | dict[str, float] | None:
+    """The scan's wavelength in the unit of the model's parameter, by label where there are several.
+
+    None where the model or the scan has none, or where an option says what the parameter is to be.
+    """
+    has_option = any(WAVELENGTH in names for names in (options.held, options.grouped, options.bounds, options.smooth))
+    if has_option or WAVELENGTH not in model.shape or WAVELENGTH not in points.coords:
+        return None
+    size = UNITS[model.shape[WAVELENGTH].unit].size
+    values = {group_label(w): float(w) / size for w in np.unique(points[WAVELENGTH].values)}
+    return values if len(values) > 1 else next(iter(values.values()))
 
 
 def constants_at(material: str, wavelength: float | None) -> dict[str, float]:

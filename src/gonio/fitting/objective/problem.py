@@ -22,8 +22,17 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.objective.axes import Axes
-from gonio.fitting.objective.entries import Entry, Places, group_label, groups, held_values, refuse_bounds
-from gonio.fitting.objective.from_scan import answered
+from gonio.fitting.objective.entries import (
+    Entry,
+    Places,
+    designed,
+    groups,
+    held_values,
+    refuse_bounds,
+    shape_at_points,
+    summed,
+)
+from gonio.fitting.objective.from_scan import WAVELENGTH, answered, wavelength_of
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.smooth import Smooth, declared, penalty_rows
 from gonio.fitting.objective.weighting import WEIGHTINGS
@@ -34,9 +43,12 @@ from gonio.measured.sound import IN_RANGE, beyond_arithmetic
 from gonio.measured.stack import foreign_dims
 from gonio.model import Model
 from gonio.options import options_of
-from gonio.units import UNITS, weight_unit
+from gonio.units import weight_unit
 
 Values = npt.NDArray[np.float64]
+
+MANY_VALUES = 64  # free values below which a matrix of all points and values is never called large
+LARGE = 2**19  # numbers: 4 MiB, what a processor's cache holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +175,7 @@ class Problem(ProblemOptions):
         return tuple(self._entry(name, is_weight=name in self.model.weights) for name in self.model.parameters)
 
     def _entry(self, name: str, is_weight: bool) -> Entry:
-        scans_own = self._wavelength_of_the_scan(name)
+        scans_own = wavelength_of(self, self.model, self.points) if name == WAVELENGTH else None
         by = ("wavelength",) if isinstance(scans_own, Mapping) else self._grouped_by(name, is_weight)
         labels, group = self._groups(by)
         if is_weight:
@@ -191,15 +203,6 @@ class Problem(ProblemOptions):
         if name in self.smoothed and self.smoothed[name].by not in by:
             by += (self.smoothed[name].by,)
         return by
-
-    def _wavelength_of_the_scan(self, name: str) -> float | dict[str, float] | None:
-        """The scan's wavelength in the unit of the model's parameter, by label where there are several."""
-        has_option = any(name in names for names in (self.held, self.grouped, self.bounds, self.smooth))
-        if name != "wavelength" or has_option or name not in self.model.shape or name not in self.points.coords:
-            return None
-        size = UNITS[self.model.shape[name].unit].size
-        values = {group_label(w): float(w) / size for w in np.unique(self.points[name].values)}
-        return values if len(values) > 1 else next(iter(values.values()))
 
     def _groups(self, by: tuple[str, ...]) -> tuple[tuple[str, ...], Places]:
         if by not in self._known_groups:
@@ -274,42 +277,29 @@ class Problem(ProblemOptions):
         `shape` (..., n_shape) may carry leading dimensions for several candidates, whose terms are computed at once;
         returns (..., points, n_weights) and (..., points). A grouped weight has one column a group, zero outside it.
         """
-        basis = self.acceptance.basis(self.model, self._shape_at_points(shape))
-        lead = shape.shape[:-1]
-        n = len(self.measured)
-        columns = np.zeros((*lead, self.n_weights, n))  # column by column, as LAPACK reads a matrix
-        fixed = np.zeros((*lead, n))
-        column = 0
-        for entry in self.entries:
-            if not entry.is_weight:
-                continue
-            if entry.held is not None:
-                fixed += np.asarray(entry.held)[entry.group] * basis[entry.name]
-                continue
-            if entry.size == 1:
-                columns[..., column, :] = basis[entry.name]
-            else:
-                columns[..., column + entry.group, np.arange(n)] = basis[entry.name]  # each point in its group's column
-            column += entry.size
-        return np.swapaxes(columns, -1, -2), fixed
+        basis = self.acceptance.basis(self.model, shape_at_points(self.entries, shape))
+        return designed(self.entries, basis, (*shape.shape[:-1], len(self.measured)))
 
-    def _shape_at_points(self, shape: Values) -> dict[str, Values | float]:
-        """Each shape parameter's value at every point, shaped to broadcast against the directions."""
-        values: dict[str, Values | float] = {}
-        at = 0
-        for entry in self.entries:
-            if entry.is_weight:
-                continue
-            if entry.held is not None:
-                values[entry.name] = entry.held[0] if entry.size == 1 else np.asarray(entry.held)[entry.group]
-                continue
-            part = shape[..., at : at + entry.size]
-            values[entry.name] = part if entry.size == 1 else part[..., entry.group]
-            at += entry.size
-        return values
+    def terms(self, shape: Values) -> dict[str, Values]:
+        """Every term (points,) by weight as the instrument reads it, at one shape (n_shape,), without a design."""
+        basis = self.acceptance.basis(self.model, shape_at_points(self.entries, shape))
+        return {name: np.broadcast_to(term, self.measured.shape) for name, term in basis.items()}
+
+    @functools.cached_property
+    def is_large(self) -> bool:
+        """Whether a matrix of all points and values is so large that `objective.cells` may serve better."""
+        points, values = len(self.measured), len(self.names)
+        several_designs = points * self.n_weights * max(values - self.n_weights, 1)
+        return values >= MANY_VALUES and (points * values > LARGE or several_designs > 8 * LARGE)
 
     def brdf(self, vector: Values) -> Values:
         """The BRDF (..., points) as the instrument reads it, for vectors (..., n) of weights and shape."""
+        if self.is_large:
+            one_by_one = [summed(self.entries, self.terms(v[self.n_weights :]), v) for v in np.atleast_2d(vector)]
+            return np.reshape(one_by_one, (*vector.shape[:-1], -1))
+        several = max(8 * LARGE // max(len(self.measured) * self.n_weights, 1), 1)
+        if vector.ndim == 2 and len(vector) > several:  # the designs of all would not fit into memory
+            return np.concatenate([self.brdf(vector[k : k + several]) for k in range(0, len(vector), several)])
         matrix, fixed = self.design(vector[..., self.n_weights :])
         out: Values = np.einsum("...nw,...w->...n", matrix, vector[..., : self.n_weights]) + fixed
         return out

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fitting.objective.cells.memory import refuse_too_large
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Optimum, Progress, silent
 
@@ -67,8 +68,9 @@ class Anneal:
         """The values of least E that any chain met; the history holds each chain's best E after each iteration.
 
         `exhausted` says that max_iterations ended the search before temperature or tolerance did.
-        Raises ValueError as `bounds` does.
+        Raises ValueError as `bounds` does, and where there is not enough memory for the designs of all chains.
         """
+        refuse_too_large(problem, 1 + self.chains)
         objective = _Objective(problem, *self.bounds(problem))
         random = np.random.default_rng(self.seed)
         size = len(problem.names)

@@ -43,7 +43,7 @@ def search(problem: Problem, points: BlockedProblem, on_sample: Callable[[Proble
     few = sample(problem)
     start = on_sample(few)
     evaluations_before = points.evaluations
-    ends = [_minimum(problem, points, vector) for vector in (start.vector, *_rivals(start, few))]
+    ends = [_minimum(problem, points, vector) for vector in (start.vector, *rivals(start, few))]
     best = min(ends, key=lambda end: end.cost)
     cost = best.cost / problem.scale
     evaluations = start.evaluations + points.evaluations - evaluations_before
@@ -78,7 +78,7 @@ def sample(problem: Problem) -> Problem:
     return replace(part, point_weights=own_weights * drawn[rows] / chance[rows])
 
 
-def _rivals(start: Optimum, few: Problem) -> list[Values]:
+def rivals(start: Optimum, few: Problem) -> list[Values]:
     """Other minima of the sample that may be the lowest of all points; one that was met twice is taken once."""
     distinct = [start.vector]
     for vector in start.rivals:

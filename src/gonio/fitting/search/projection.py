@@ -19,9 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.objective.blocks import in_blocks
+from gonio.fitting.objective.cells.structure import in_cells
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.slopes import jacobian
 from gonio.fitting.search import bulk
+from gonio.fitting.search.cells.search import Settings
+from gonio.fitting.search.cells.search import search as search_in_cells
 from gonio.fitting.search.descent import Descent, LeastSquares, descend, polish
 from gonio.fitting.search.groups import assembled, carried, common, is_grouped, parts, side_by_side, weights_couple
 from gonio.fitting.search.reduced import Reduced, RelativeWeights
@@ -72,13 +75,16 @@ class Projection:
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:
         """The values of least E; the history holds the best E after the first searches and after each later round.
 
-        A problem splits where groups share nothing, and very many points are searched on a sample of them first.
+        A problem splits where groups share nothing, very many points are searched on a sample of them first, and very
+        many values in cells (`search.cells`).
         `rivals` of the optimum are where the other first searches ended.
         """
         if is_grouped(problem) and (split := parts(problem)):
             return self._search_parts(problem, split, progress)
         if blocked := in_blocks(problem):
             return bulk.search(problem, blocked, lambda few: self._search(few, progress))
+        if cells := in_cells(problem):
+            return search_in_cells(problem, cells, self._of_cells(progress))
         return self._search(problem, progress)
 
     def _search(self, problem: Problem, progress: Progress) -> Optimum:
@@ -100,6 +106,15 @@ class Projection:
         vector = np.concatenate([reduced.solve(shape)[0], shape])
         rivals = tuple(np.concatenate([reduced.solve(s)[0], s]) for s in map(reduced.shape, others))
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
+
+    def _of_cells(self, progress: Progress) -> Settings:
+        """What a search in cells takes of this one."""
+
+        def of_shape(reduced: Reduced) -> list[Values]:
+            best, _, others = self._search_shape(reduced, progress)
+            return [reduced.shape(unit) for unit in (best.point, *others)]
+
+        return Settings(lambda few: self.search(few, progress), of_shape, self.max_steps, self.line, self.rounds)
 
     def _search_parts(self, problem: Problem, split: list[tuple[Rows, Problem]], progress: Progress) -> Optimum:
         """Each part of a problem that splits, with its own starts: a search of few values each."""

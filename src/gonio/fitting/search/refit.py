@@ -8,9 +8,12 @@ factor and an offset here, and logarithms are allowed, for which `projection` ha
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fitting.objective.cells.structure import in_cells
 from gonio.fitting.objective.differences import SMALLEST
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.slopes import quick_jacobian
+from gonio.fitting.search.cells.descent import changed
+from gonio.fitting.search.cells.descent import descend as descend_in_cells
 from gonio.fitting.search.descent import SEARCHED, Descent, LeastSquares, descend
 
 Values = npt.NDArray[np.float64]
@@ -33,6 +36,9 @@ def refit(
     smooth parameters stays as it is. held: the place of a value that stays as it starts. tolerance and max_steps are
     those of `descend`. The cost of the result is the squared sum of the changed residual, not divided by a scale.
     """
+    if cells := in_cells(problem):
+        in_place = None if held is None else (held, float(start[held]))
+        return descend_in_cells(changed(problem, cells, factors, offset, in_place), start, tolerance, max_steps)
     points, lower, upper = len(problem.measured), problem.lower.copy(), problem.upper.copy()
     if held is not None:  # between equal bounds a value presses against one of them wherever downhill is
         lower[held] = upper[held] = start[held]

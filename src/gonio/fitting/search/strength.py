@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
+from gonio.fitting.objective.cells.linear import linearised, plane_of
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.objective.slopes import quick_jacobian
 from gonio.fitting.objective.smooth import AUTO, Smooth
-from gonio.fitting.objective.tangent import ALONE, Tangent
+from gonio.fitting.objective.tangent import ALONE
 from gonio.fitting.search.groups import carried, common
 from gonio.fitting.search.projection import Projection
 from gonio.fitting.search.refit import refit
@@ -71,7 +71,7 @@ def _leverage(problem: Problem, vector: Values) -> Values:
 
     The plane has the rows of the penalty too, which take part of the pull from the points.
     """
-    return Tangent(quick_jacobian(problem, vector)).leverage(len(problem.measured))
+    return plane_of(linearised(problem, vector, accurate=False)).leverage(len(problem.measured))
 
 
 class _Fit(NamedTuple):

@@ -15,6 +15,7 @@ to which a problem with smooth parameters adds a penalty (`objective.smooth`). `
 Nothing is searched or estimated in this file itself. Fits of many scans at once are in `many`.
 """
 
+import math
 import time
 from dataclasses import replace
 from typing import Any
@@ -37,6 +38,7 @@ from gonio.fitting.status import Status
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+NEARLY = 1e-3  # of E: searches that end so near to one another have met the same minimum, its last digits not sought
 
 
 def fit(
@@ -101,8 +103,26 @@ def _of_the_search(problem: Problem, optimum: Optimum, settled: Settled) -> dict
         "loss_scale": settled.scale,
         "points": len(problem.measured),
         "points_searched": optimum.searched or len(problem.measured),
+        **_minima(problem, optimum),
         "points_discounted": 0 if weights is None else int((weights < 0.5).sum()),
         "instrument_error": _instrument_error(problem, optimum.vector),
+    }
+
+
+def _minima(problem: Problem, optimum: Optimum) -> dict[str, Any]:
+    """How many searches ended at the lowest minimum, and where the next one lies.
+
+    Where each search met another minimum, there may be a lower one that none has met.
+    """
+    if not optimum.rivals or problem.smooth or not optimum.cost > 0:
+        return {}
+    others = sorted(float(problem.cost(problem.residual(vector))) for vector in optimum.rivals)
+    ratios = np.array(others) / optimum.cost
+    apart = ratios[ratios > 1 + NEARLY]
+    return {
+        "searches": 1 + len(others),
+        "searches_alike": 1 + len(others) - len(apart),
+        "next_minimum": float(apart[0]) if len(apart) else math.nan,
     }
 
 

@@ -79,6 +79,9 @@ ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
     "loss_scale": (float, math.nan),  # scatter of the weighted residuals; NaN for squared errors
     "points": (int, None),
     "points_searched": (int, None),  # on which starts were searched: all, or a sample of very many
+    "searches": (int, 0),  # that were followed to a minimum; 0 where a solver follows none, or only one
+    "searches_alike": (int, 0),  # of them that ended at the lowest minimum, to NEARLY of E
+    "next_minimum": (float, math.nan),  # E of the next one over that of the lowest
     "points_discounted": (int, 0),  # which count for less than half under the loss
     "effective_values": (float, None),  # number of free values, or less where smoothing ties them together
     "smooth": (str, ""),  # name=coordinate:strength:scale, separated by spaces

@@ -272,7 +272,7 @@ class Runner:
 
     def _starts(self) -> int:
         """How many starts of each lane are followed."""
-        return min(self.search.projection.followed(self.layout.d), self.points.shape[1])
+        return min(self.search.projection.followed_of_many(self.layout.d), self.points.shape[1])
 
     def _steps(self, steps: int) -> Any:
         """A number of steps as a compiled function takes it: as an argument, so that no number needs a compilation."""

@@ -47,7 +47,8 @@ class Projection:
         quasi-random starts a dimension (or up to twice as many, for a power of two), and parameters with one value a
         group start from the optimum of one value for all groups.
     searches: how many of the best starts are followed to their minimum; twice as many in logarithms, where the weights
-        of a start are only near. 0 is two for one and two shape parameters, and four for three and more.
+        of a start are only near. 0 is one for each shape value, and four at least, because the number of minima grows
+        with the dimension; for many scans at once it is two for one and two shape values, and four for three and more.
     max_steps: points that the last search may try; the others, which only find out where it starts, may try a tenth.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
 
@@ -55,7 +56,7 @@ class Projection:
     """
 
     grid: int = 15
-    searches: int = 4
+    searches: int = 0
     max_steps: int = 2000
     line: int = 61
     rounds: int = 4
@@ -69,7 +70,11 @@ class Projection:
                 raise ValueError(f"{setting} must be at least {lowest}, and is {getattr(self, setting)}")
 
     def followed(self, dimensions: int) -> int:
-        """How many starts are followed for so many shape values."""
+        """How many starts are followed for so many shape values of one scan."""
+        return self.searches or max(4, dimensions)
+
+    def followed_of_many(self, dimensions: int) -> int:
+        """The same for each of many scans."""
         return self.searches or (2 if dimensions <= 2 else 4)
 
     def search(self, problem: Problem, progress: Progress = silent) -> Optimum:

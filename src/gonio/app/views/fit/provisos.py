@@ -26,6 +26,25 @@ def sample_lines(solution: "Solution") -> Iterator[Any]:
         yield f"starts were searched on {searched} of {points} points, the minimum on all"
 
 
+SURE_GRID = 2  # shape values of one scan whose starts are a grid, which shows every minimum wider than its step
+
+
+def minima_record(solution: "Solution") -> dict[str, Any]:
+    """How many searches were followed, how many met the lowest minimum, and E of the next over it, as plain data."""
+    return {name: solution.dataset.attrs[name] for name in ("searches", "searches_alike", "next_minimum")}
+
+
+def minima_lines(solution: "Solution") -> Iterator[Any]:
+    """That a lower minimum may exist, where of several searches one alone met the lowest; else nothing."""
+    searches, alike = (int(solution.dataset.attrs[name]) for name in ("searches", "searches_alike"))
+    further = float(solution.dataset.attrs["next_minimum"])
+    if searches < 2 or alike > 1 or not further > 1 or len(solution.model.shape) <= SURE_GRID:
+        return
+    excess = f"{100 * (further - 1):.2g} % higher" if further < 2 else f"at {further:.3g} times it"
+    more = f"of {searches} searches one met the lowest, the next ends {excess} in E"
+    yield strong("a lower minimum may exist", f": {more}; --setting searches={4 * searches} looks further")
+
+
 COARSE = 0.1  # of what a fit leaves over: a change of the rule for the cones that shows
 
 

@@ -27,6 +27,7 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
         "seconds": attrs["seconds"],
         "points": attrs["points"],
         "points_searched": attrs["points_searched"],
+        "minima": provisos.minima_record(row.solution),
         "weighting": attrs["weighting"],
         "noise_floor": attrs["noise_floor"],
         "loss": provisos.loss_record(row.solution),
@@ -84,6 +85,7 @@ def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") 
     yield strong(attrs["model"], f" fitted to {which}, {attrs['points']} points")
     yield f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}"
     yield from provisos.sample_lines(solution)
+    yield from provisos.minima_lines(solution)
     yield from provisos.instrument_lines([solution])
     yield from provisos.loss_lines(solution)
     yield from values.smooth_lines(row)

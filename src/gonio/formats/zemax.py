@@ -27,7 +27,7 @@ import xarray as xr
 from gonio.door.text import MOST_VALUES, Words, clip, lines
 from gonio.formats.format import Format, Holds
 from gonio.measured.coordinates import grid
-from gonio.measured.dataset import HORIZON, RELATIVE, SETS, add_history, points, unit
+from gonio.measured.dataset import HORIZON, RELATIVE, SETS, add_history, flatten, unit
 
 AXES = {"SampleRotation": "phi_i", "AngleOfIncidence": "theta_i", "ScatterAzimuth": "phi_s", "ScatterRadial": "theta_s"}
 RANGES = {"phi_i": (-360.0, 360.0), "theta_i": (0.0, 90.0), "phi_s": (0.0, 360.0), "theta_s": (0.0, 180.0)}
@@ -173,7 +173,7 @@ def _layout(scan: xr.Dataset) -> xr.Dataset:
     if {"theta_i", "phi_s", "theta_s"} <= set(scan["brdf"].dims):
         dims = [d for d in DIMS[1:] if d in scan["brdf"].dims]
         return grid("specular", **{d: scan[d].values for d in dims})
-    flat = points(scan)
+    flat = flatten(scan)
     theta_i = _thinned(flat["theta_i"].values, 5.0)
     phi_i = _thinned(flat["phi_i"].values % 360.0, STEP) if "phi_i" in flat.coords else np.zeros(1)
     turned = len(phi_i) > 1

@@ -27,9 +27,12 @@ from gonio.measured.dataset import HORIZON, PARAMETERISATION, SETS, add_history,
 from gonio.resampling.difference import STEEP, Difference, difference
 from gonio.resampling.hemisphere import Reflectance, excessive, reflectances
 from gonio.resampling.means import means_over
-from gonio.resampling.resample import Filling, is_on, resample
+from gonio.resampling.resample import MODELLED, Filling, is_on, resample
 from gonio.resampling.sources import sets_of
 
+GRAZING = 85.0  # deg: incidence angle to which a file is filled by a model; beyond, many models have no bound
+FURTHER = (5.0, 15.0)  # deg: least and largest step between the further angles
+ROUNDING = 1e-12  # of a value, which changes of coordinates and of numbers to text leave
 MOST_SETS = 3  # of a written file whose energy is looked at, those with the largest values
 
 
@@ -49,6 +52,17 @@ class Conversion:
     left_out: tuple[str, ...]
     error: Difference = field(repr=False)
     reflectances: tuple[Reflectance, ...] = field(default=(), repr=False)
+
+    @property
+    def modelled(self) -> float:
+        """The share of the values that a filling's function gave, such as a fitted model's."""
+        return float(self.scan.attrs.get(MODELLED, 0.0))
+
+    @property
+    def last_incidence(self) -> float:
+        """The largest incidence angle [deg] at which the file has a value."""
+        theta_i = self.scan["theta_i"].broadcast_like(self.scan["brdf"]).where(self.scan["brdf"].notnull())
+        return float(theta_i.max())
 
 
 def convert(
@@ -121,8 +135,9 @@ def in_words(error: Difference, target: Format | None = None) -> str:
     against = " against the means over their patches" if target is not None and target.means is not None else ""
     compared = f"{error.count} directions of the data{against}"
     lost = f", {error.missing} of {error.missing + error.count} directions lost" if error.missing else ""
-    if not error.error.any():  # to the last bit, not to the digits of a percentage
-        return f"every value exact{f', at {compared}' if against or lost else ''}{lost}"
+    if not error.error.any() or error.largest < ROUNDING:
+        rounded = " to rounding" if error.error.any() else ""  # else to the last bit
+        return f"every value exact{rounded}{f', at {compared}' if against or lost else ''}{lost}"
     text = f"rms error {100 * error.rms:.3g} % by solid angle, {100 * error.rms_steep:.3g} % within {STEEP:g} deg of "
     text += f"the normal; bias {100 * error.bias:.2g} %"
     text += f"; lg RMSE {error.log10_rmse:.2g}" if math.isfinite(error.log10_rmse) else ""
@@ -297,7 +312,7 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
     """
     if target.layout is None:
         return _without_gaps(scan, target, impose, filling)
-    onto = target.layout(scan)
+    onto = target.layout(scan if filling is None or filling.function is None else _to_grazing(scan))
     if is_on(scan, onto) and not impose and filling is None:
         ready = scan  # with its other variables and its parameterisation, which resampling would drop
     elif target.means is not None and not is_on(scan, onto):
@@ -308,13 +323,36 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
         if "origin" in ready and not {"*", "origin"} & set(target.holds.variables):
             ready = ready.drop_vars("origin")
     if not target.holds.gaps:
-        _refuse_gaps(ready, target)
+        _refuse_gaps(ready, target, filling)
     if "channel" in ready.dims and (order := _order(list(ready["channel"].values), target.holds.channels)):
         ready = ready if tuple(ready["channel"].values) == order else ready.sel(channel=list(order))
     return ready
 
 
-def _refuse_gaps(ready: xr.Dataset, target: Format) -> None:
+def _to_grazing(scan: xr.Dataset) -> xr.Dataset:
+    """The scan with directions, but no values, at further incidence angles from 0 to GRAZING deg.
+
+    A layout that takes the incidence angles of the scan then has them up to there, for a model to fill. A program that
+    reads a file whose angles end before has to repeat the last one or to darken the rim.
+    """
+    flat, on_grid = scan["brdf"].dims == ("direction",), scan["theta_i"].dims == ("theta_i",)
+    if not (flat or on_grid):
+        return scan
+    theta_i = np.unique(np.round(scan["theta_i"].values.astype(float), 6))
+    step = float(np.clip(np.median(np.diff(theta_i)), *FURTHER)) if len(theta_i) > 1 else FURTHER[1]
+    below, above = np.arange(theta_i[0] - step, 0, -step), np.arange(theta_i[-1] + step, GRAZING, step)
+    ends = [*([0.0] if theta_i[0] > 0 else []), *([GRAZING] if theta_i[-1] < GRAZING else [])]
+    if not ends:
+        return scan
+    if on_grid:
+        return scan.reindex(theta_i=np.unique(np.concatenate([scan["theta_i"].values, below, above, ends])))
+    more = scan.isel(direction=np.zeros(len(below) + len(above) + len(ends), dtype=int))
+    missing = more.assign(brdf=("direction", np.full(more.sizes["direction"], np.nan), scan["brdf"].attrs))
+    missing = missing.assign_coords(theta_i=("direction", np.concatenate([below, above, ends]), scan["theta_i"].attrs))
+    return xr.concat([scan, missing], dim="direction", combine_attrs="override")
+
+
+def _refuse_gaps(ready: xr.Dataset, target: Format, filling: Filling | None) -> None:
     """ValueError, with what to do, if values above the horizon are missing."""
     grid_dims = [d for d in ready["brdf"].dims if d not in SETS]
     has_values = ready["brdf"].notnull().any(grid_dims)  # a set without any, such as a side never lit, has no gaps
@@ -323,9 +361,19 @@ def _refuse_gaps(ready: xr.Dataset, target: Format) -> None:
     if gaps:
         raise ValueError(
             f"{target.title} stores a full grid, and {gaps} of its {int(above.sum())} values lie outside the data: "
-            "fill them with --fill symmetry or --fill MODEL, which says so in the history, or write "
-            f"{_formats_where(lambda f: f.holds.gaps or f.layout is None)}"
+            f"{_remedy(filling)}write {_formats_where(lambda f: f.holds.gaps or f.layout is None)}"
         )
+
+
+def _remedy(filling: Filling | None) -> str:
+    """What may fill the gaps that are left, without what was tried."""
+    if filling is None or (not filling.symmetries and filling.function is None):
+        return "fill them with --fill symmetry or --fill MODEL, which says so in the history, or "
+    if filling.function is None:
+        return (
+            "symmetry does not reach them; add a model, as in --fill symmetry,MODEL, which says so in the history, or "
+        )
+    return f"{filling.name.split()[0]} has no value there; fill them with another model, or "
 
 
 def _without_gaps(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: Filling | None) -> xr.Dataset:

@@ -17,6 +17,7 @@ from gonio.resampling.resample import (
     FILLED,
     INTERPOLATED,
     MEASURED,
+    MODELLED,
     ORIGINS,
     Filling,
     assembled,
@@ -56,6 +57,8 @@ def means_over(
         how = found.how
     # with the attributes of the patches, by which the file's values hold for all directions of one
     out = assembled(scan, onto, directions_of(onto), keys, {"brdf": columns}).assign_attrs(onto.attrs)
+    if filling is not None and filling.function is not None and nodes.total:
+        out.attrs[MODELLED] = float(nodes.counts[FILLED] / nodes.total)
     return add_history(out, _line(out, how, partial, nodes, impose, filling))
 
 

@@ -34,6 +34,7 @@ Values = npt.NDArray[np.float64]
 Fill = Callable[[xr.Dataset], Values]  # the BRDF (n,) at the n directions of a flat scan, as a fitted model gives it
 
 ORIGINS = ("missing", "measured", "interpolated", "by_symmetry", "filled")  # meanings of the variable `origin`
+MODELLED = "share_modelled"  # attribute: the share of the values that a filling's function gave
 MISSING, MEASURED, INTERPOLATED, BY_SYMMETRY, FILLED = range(len(ORIGINS))
 
 
@@ -94,6 +95,8 @@ def resample(
     # An uncertainty that only some of the sets have (a set may be too large to be looked up) is dropped for all.
     complete = {name: of_sets for name, of_sets in columns.items() if len(of_sets) == len(keys)}
     out = assembled(scan, onto, directions, keys, complete)
+    if filling is not None and filling.function is not None and len(origins):
+        out.attrs[MODELLED] = float((origins == FILLED).mean())
     line = _history_line(origins, len(rows), how, impose, filling)
     symmetries = (*impose, *(filling.symmetries if filling else ()))
     return dataset.add_history(out, line + (sources.without_exchange() if "reciprocity" in symmetries else ""))

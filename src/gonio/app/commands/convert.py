@@ -78,6 +78,7 @@ def command(
     data = used.read(scan, findings=False)
     steps, ready = resampling.steps(data), data
     if resampling.onto is not None:
-        ready, steps = resampling.onto_file(data, resampling.onto, steps), {}
+        ready = resampling.onto_file(data, resampling.onto, steps)
+        steps = {"filling": steps["filling"]}  # what the format stores beside these directions is filled as they were
     done = convert(ready, out, to, force=output.force, **steps)
     output.show(conversion.record(done), conversion.lines(done, since=data))

@@ -167,15 +167,18 @@ def with_values(scan: xr.Dataset) -> tuple[dict[str, Any], tuple[str, ...], bool
 def _stored_from(brdf: Values, theta_r: Values, cosine: Values, scale: Values, before: Any) -> Values:
     """The numbers to store so that the nodes above the horizon have the values `brdf`.
 
-    Nodes below it repeat the last value above it in their row. Where `before` has stored numbers, those below the
-    horizon are scaled by the ratio in which that last value changed.
+    Nodes below it repeat the last value above it in their row, or the first where that comes later; in a row without
+    any they are zero. Where `before` has stored numbers, those below the horizon are scaled by the ratio in which that
+    value changed.
     """
     above = _above_horizon(theta_r)
-    last = np.maximum.accumulate(np.where(above, np.arange(above.shape[-1]), 0), axis=-1)
-    last = np.broadcast_to(last, brdf.shape)
+    last = np.maximum.accumulate(np.where(above, np.arange(above.shape[-1]), -1), axis=-1)
+    last = np.broadcast_to(np.where(last < 0, above.argmax(axis=-1)[..., None], last), brdf.shape)
     factor = np.divide(cosine, scale, out=np.zeros_like(scale), where=scale > 0)
     if before is None:
-        stored: Values = np.take_along_axis(brdf, last, axis=-1) * factor
+        stored: Values = np.where(
+            above.any(axis=-1, keepdims=True), np.take_along_axis(brdf, last, axis=-1) * factor, 0.0
+        )
         return stored
     new = np.where(above & ((scale > 0) | np.isnan(brdf)), brdf * factor, before)
     old = before.astype(float)

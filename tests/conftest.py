@@ -1,13 +1,17 @@
 """What all tests share: the real scans beside the project, and the array libraries."""
 
+import importlib
 import os
+import pkgutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
+import samples
 from gonio import published, simulate
+from gonio.formats import recognise
 from gonio.models import catalogue
 from places import ROOT
 
@@ -33,6 +37,17 @@ def shared_scans() -> Path:
     if not SHARED_SCANS.is_dir():
         pytest.skip(f"no measured scans at {SHARED_SCANS}")
     return SHARED_SCANS
+
+
+@pytest.fixture(scope="session")
+def sample_files(tmp_path_factory) -> dict[str, list[Path]]:
+    """Small files of every format, by the format that they are recognised as."""
+    found: dict[str, list[Path]] = {}
+    for module in pkgutil.iter_modules(samples.__path__):
+        folder = tmp_path_factory.mktemp(module.name)
+        for path in importlib.import_module(f"samples.{module.name}").samples(folder):
+            found.setdefault(recognise(path).name, []).append(path)
+    return found
 
 
 @pytest.fixture

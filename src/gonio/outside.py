@@ -4,6 +4,11 @@ A file may hold anything: control characters that a terminal obeys or that no XM
 runs as formulas. Here it becomes harmless; nothing is left out.
 """
 
+
+class PackageWarning(UserWarning):
+    """Something is wrong with another package that brings models to gonio; the rest works."""
+
+
 FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
 _QUOTE = "'"  # before a cell, which a spreadsheet does not show
 

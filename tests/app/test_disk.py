@@ -1,6 +1,7 @@
 """A disk that is full, and folders that are not there: every writer names the file, and no hidden name is shown."""
 
 import resource
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from gonio.formats import formats
 from gonio.measured.dataset import make_scan
 from stacks import write_stack
 
-WRITABLE = [f for f in formats().values() if f.write and not f.holds.quantity and f.name != "merl"]  # 33 MB take long
+WRITABLE = [
+    f for f in formats().values() if f.write and f.holds.reflection and not f.holds.quantity and f.name != "merl"
+]  # 33 MB take long
 SUFFIXES = {f.name: f.suffix for f in WRITABLE}
 
 
@@ -20,14 +23,15 @@ SUFFIXES = {f.name: f.suffix for f in WRITABLE}
 def here(tmp_path, monkeypatch):
     """A folder with a scan of the hemisphere, which is the current one."""
     theta_i, theta_r, phi = (a.ravel() for a in np.meshgrid([10.0, 40], np.arange(0, 86, 5.0), np.arange(0, 360, 15.0)))
-    write(make_scan(theta_i, theta_r, 0.1 + np.cos(np.radians(theta_r)), phi), tmp_path / "scan.csv")
+    write(make_scan(theta_i, theta_r, 0.02 + 0.2 * np.cos(np.radians(theta_r)), phi), tmp_path / "scan.csv")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
-def full():
+def full(monkeypatch):
     """No file may grow beyond so many bytes, which is what a disk without room looks like to a program."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python itself would leave half of what it compiles
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

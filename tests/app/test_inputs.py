@@ -11,7 +11,7 @@ import zipfile
 import pytest
 
 from gonio import read
-from gonio.app.cli import COMMANDS
+from gonio.app.program import COMMANDS
 from gonio.files import FormatError
 
 TABLE = "theta_i_deg,theta_r_deg,brdf_sr-1\n" + "".join(f"{i},{r},1\n" for i in (10, 30) for r in range(-60, 61, 10))

@@ -1,7 +1,5 @@
 """Promises that every format of scans keeps."""
 
-import importlib
-import pkgutil
 import re
 import shutil
 from pathlib import Path
@@ -10,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import samples
 from gonio import Problem, catalogue, convert, fit, read, resample, write
 from gonio.files import FormatError
 from gonio.formats import formats, recognise
@@ -28,17 +25,6 @@ LOSSLESS = [f for f in WRITABLE if "*" in f.holds.variables and f.holds.relative
 every_writable = pytest.mark.parametrize("kind", WRITABLE, ids=lambda f: f.name)
 every_lossless = pytest.mark.parametrize("kind", LOSSLESS, ids=lambda f: f.name)
 HUGE = {"merl", "utia"}  # of a fixed size, megabytes: their own tests write them in full
-
-
-@pytest.fixture(scope="session")
-def sample_files(tmp_path_factory) -> dict[str, list[Path]]:
-    """Small files of every format, by the format that they are recognised as."""
-    found: dict[str, list[Path]] = {}
-    for module in pkgutil.iter_modules(samples.__path__):
-        folder = tmp_path_factory.mktemp(module.name)
-        for path in importlib.import_module(f"samples.{module.name}").samples(folder):
-            found.setdefault(recognise(path).name, []).append(path)
-    return found
 
 
 def full_scan() -> xr.Dataset:

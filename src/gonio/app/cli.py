@@ -8,7 +8,9 @@ import os
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
+from gonio.outside import PackageWarning, printable
 from gonio.processes.ending import listen
 
 
@@ -19,9 +21,11 @@ def app() -> None:
     commands()
 
 
-def _complain(message: str) -> None:
-    from gonio.outside import printable
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    _complain(str(message))
 
+
+def _complain(message: str) -> None:
     print(f"gonio: {printable(message)}", file=sys.stderr)
 
 
@@ -39,6 +43,8 @@ def main() -> None:
     if not os.environ.get(TRACE):
         # Those of NumPy, SciPy or Matplotlib name lines of code. What the user must know, gonio says in its own words.
         warnings.simplefilter("ignore")
+        warnings.simplefilter("default", PackageWarning)
+        warnings.showwarning = _warn
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal of another encoding lacks ± and µ, and no result for that
             stream.reconfigure(errors="replace")

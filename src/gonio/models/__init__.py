@@ -13,6 +13,7 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from gonio.model import Model, NearestNames
+from gonio.outside import PackageWarning
 
 GROUP = "gonio.models"
 
@@ -27,7 +28,7 @@ def _catalogue() -> NearestNames[Model]:
         raise ValueError("two models of the catalogue share a name")
     for model in _provided():
         if by_name.setdefault(model.name, model) is not model:
-            warnings.warn(f"another package brings a second model {model.name!r}: the first is kept", stacklevel=2)
+            warnings.warn(f"another package brings a second model {model.name!r}: the first is kept", PackageWarning, 2)
     return NearestNames("model", {name: by_name[name] for name in sorted(by_name)})
 
 
@@ -43,10 +44,10 @@ def _provided() -> Iterator[Model]:
             models = [brought] if isinstance(brought, Model) else list(_declared(brought))
         except Exception as error:  # whatever another package does wrong
             models = []
-            warnings.warn(f"the models of {entry.value!r} cannot be loaded: {error}", stacklevel=2)
+            warnings.warn(f"the models of {entry.value!r} cannot be loaded: {error}", PackageWarning, 2)
         else:
             if not models:
-                warnings.warn(f"the entry point {entry.value!r} of {GROUP} declares no Model", stacklevel=2)
+                warnings.warn(f"the entry point {entry.value!r} of {GROUP} declares no Model", PackageWarning, 2)
         yield from models
 
 

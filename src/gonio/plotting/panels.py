@@ -81,7 +81,7 @@ def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve]
     notes += [FAR_SIDE] * (dataset.modes(flat) == {"transmission"})
     in_plane = [(key, rows) for key, rows in curves(flat) if rows.size > 1]
     if not in_plane:
-        raise ValueError("the scan holds no in-plane curve to draw")
+        raise ValueError("the scan holds no in-plane curve to draw: its directions are out of the plane of incidence")
     if len(in_plane) > most:
         notes.append(f"{most} of {len(in_plane)} incidence angles")
         in_plane = [in_plane[k] for k in np.unique(np.linspace(0, len(in_plane) - 1, most).round().astype(int))]

@@ -84,7 +84,12 @@ class Contradiction(NamedTuple):
 
 
 def contradictions(scan: xr.Dataset, found: Sequence[Reflectance]) -> list[Contradiction]:
-    """Where the variable `tis` of a scan and its table differ by more than TIS_FACTOR and what the table lacks."""
+    """Where the variable `tis` of a scan and its table differ by more than TIS_FACTOR and what the table lacks.
+
+    A TIS, the total integrated scatter, is a number that formats such as Zemax BSDF state beside each table. Programs
+    scale their tables by it or ignore it, so a file in which both differ means one thing here and another there. Some
+    laboratories state it without the cosine, over half the azimuths, or without the specular beam.
+    """
     if "tis" not in scan:
         return []
     out = []
@@ -109,6 +114,7 @@ def contradictions(scan: xr.Dataset, found: Sequence[Reflectance]) -> list[Contr
 
 
 def _of_set(labels: Mapping[str, Any], part: xr.Dataset) -> Iterator[Reflectance]:
+    """The reflectances of one set: the format's own sums where it has such, else by quadrature at each incidence."""
     from gonio.formats import formats
 
     own = formats().get(part.attrs.get(PARAMETERISATION, ""))
@@ -143,7 +149,13 @@ def _chosen(part: xr.Dataset, name: str, most: int) -> list[float]:
 
 
 def _nodes(theta_i: float, phi_i: float) -> tuple[Targets, Values]:
-    """Directions (n,) above the horizon at one incidence, and their projected solid angles (n,) of sum pi."""
+    """Directions (n,) above the horizon at one incidence, and their projected solid angles (n,) of sum pi.
+
+    With u from 0 to 1 the angle from the mirror direction is 180 deg sinh(G u)/sinh(G): its steps grow in proportion to
+    the angle itself, so that lobes of a tenth of a degree and of ninety are resolved alike. The horizon cuts these
+    circles, and f cos(theta_r) falls to zero there, which leaves an error of the order of a step squared; the sum of
+    the weights is set to pi, by which a constant f comes out right.
+    """
     x, w = gauss_legendre(NODES[0])
     u = (x + 1) / 2
     theta_s = 180.0 * np.sinh(GRADED * u) / np.sinh(GRADED)

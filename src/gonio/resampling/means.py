@@ -86,7 +86,11 @@ def _flat(wanted: Targets) -> xr.Dataset:
 
 
 class _Nodes:
-    """The values of a scan at any directions, and a count of where they came from."""
+    """The values of a scan at any directions, and a count of where they came from.
+
+    The nodes of a quadrature are as good as never directions that were measured, so none is looked up: a node of the
+    scan gets its value from the interpolation, too.
+    """
 
     def __init__(self, sources: Sources, impose: Sequence[str], filling: Filling | None) -> None:
         self.sources, self.impose, self.filling = sources, impose, filling
@@ -107,7 +111,7 @@ class _Nodes:
             wanted = Targets(theta_i, theta_r, phi, phi_i)
             columns, self.how = resampled(self.sources, k, wanted, self.impose, self.filling)
             if self.filling is not None and self.filling.function is not None:
-                fill(columns, _flat(wanted), self.sources.sets[k][0], self.filling.function)
+                fill(columns, _flat(wanted), self.sources.labels[k], self.filling.function)
             self.counts += np.bincount(columns["origin"].astype(np.int64), minlength=len(ORIGINS))
             return columns["brdf"]
 

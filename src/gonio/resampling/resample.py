@@ -85,7 +85,7 @@ def resample(
         else:
             of_set, how = resampled(sources, len(keys), targets.part(rows), impose, filling)
         if filling is not None and filling.function is not None:
-            fill(of_set, directions.isel(direction=rows), key, filling.function)
+            fill(of_set, directions.isel(direction=rows), sources.labels[len(keys)], filling.function)
         keys.append(key)
         for name, column in of_set.items():
             columns.setdefault(name, []).append(_with_below_horizon(column, above))

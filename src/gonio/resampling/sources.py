@@ -55,7 +55,8 @@ class Sources:
         self._look_up = look_up
         self.sets = list(sets_of(scan))
         single = {n: scan[n].values.ravel()[0] for n in SETS if n in scan.coords and scan[n].size}
-        self._partners = partners([single | key for key, _ in self.sets])
+        self.labels = [single | key for key, _ in self.sets]  # of each set, those that all sets share included
+        self._partners = partners(self.labels)
         self._shared = {p for k, p in enumerate(self._partners) if p is not None and p != k}
         self._made: dict[int, Source] = {}
 

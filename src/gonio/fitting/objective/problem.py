@@ -89,7 +89,9 @@ class Problem(ProblemOptions):
         if self.points.sizes["direction"] == 0:
             raise ValueError("the scan holds no value in use: every one is masked or missing")
         if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():
-            raise ValueError("models describe reflection, but the scan has transmission: add --select mode=reflection")
+            both = (self.points["mode"].values == "reflection").any()
+            what = "has transmission: add --select mode=reflection" if both else "is of transmission alone"
+            raise ValueError(f"models describe reflection, but the scan {what}")
         if not self.measured.any():
             raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
         if what := beyond_arithmetic(self.measured):

@@ -33,8 +33,16 @@ gonio convert scan.csv coating.bsdf --to zemax --fill symmetry,ggx --weighting l
 - `--fill symmetry` puts the value of the mirror image or of the exchanged directions into a gap, `--fill MODEL` that of a model fitted to
   the data. Both are counted in the history, and files that can (CSV, NetCDF, Zarr) keep the origin of every value beside it.
 - `--impose reciprocity,bilateral` replaces every value by the mean over its images, for programs that take these symmetries for granted.
-- The **error** printed is that of the file as it reads back, at the directions of the data: rms and bias relative to the data, weighted
-  by solid angle, and the rms within 85 deg of the normal, because towards the horizon a BRDF may grow without bound. It says nothing about directions that were not measured.
+- Where a model fills the gaps, a scan's incidence angles are continued from 0 to 85 deg, so that no renderer has to darken the rim. What is
+  mostly a model, or ends before, is said.
+- A **Klems matrix** has one value for each pair of patches: the mean, weighted by both cosines, so that energy is kept. It is exact for tensor
+  trees, and by quadrature for scans and models.
+- The **error** printed is that of the file as it reads back, at the directions of the data (of a Klems matrix each against the mean over its
+  patch): rms and bias relative to the data, weighted by solid angle, the rms within 85 deg of the normal, because towards the horizon a BRDF
+  may grow without bound, lg RMSE, in which every decade counts alike, and the largest relative error with its place. It says nothing about
+  directions that were not measured.
+- The **reflectance** of a table that covers the hemisphere is printed, by `gonio info` and `check` as well. A file that would scatter more light
+  than falls on it is refused, unless `--force` is given.
 - `gonio diff A B` compares any two files at the directions of the second; `--out FILE` draws it.
 
 In Python: `gonio.convert(scan, path, to="zemax")`, `gonio.resample(scan, directions)`, `gonio.resampling.difference.difference(a, b)`.

@@ -69,6 +69,18 @@ def test_a_figure_with_control_characters_in_names_is_well_formed(run, scan_file
     xml.dom.minidom.parse("evil.svg")
 
 
+def test_what_ends_too_early_is_one_line(run, scan_file, monkeypatch):
+    """Typer takes an EOFError for the end of standard input, and says Aborted, whatever the reason."""
+
+    def cut(*_):
+        raise EOFError("marshal data too short")
+
+    monkeypatch.setattr("gonio.app.views.physics.check", cut)
+    code, out, err = run("check", scan_file)
+    assert (code, out) == (1, "")
+    assert err == "gonio: something ended before it was complete: marshal data too short\n"
+
+
 def test_a_spreadsheet_finds_no_formula_in_what_is_written(scan_file):
     text = scan_file.read_text(encoding="utf-8")
     assert ",'=cmd" in text

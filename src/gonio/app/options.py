@@ -228,7 +228,10 @@ def with_options(command: Callable[..., None], in_place: str = "") -> Callable[.
             name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})
             for name, flags in groups.items()
         }
-        command(**given, **built)
+        try:
+            command(**given, **built)
+        except EOFError as error:  # which Typer would take for the end of standard input, and say no more than Aborted
+            raise OSError(f"something ended before it was complete: {error or 'a file'}") from error
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}

@@ -51,6 +51,14 @@ def sample_files(tmp_path_factory) -> dict[str, list[Path]]:
 
 
 @pytest.fixture
+def coarse_grids(monkeypatch):
+    """Files that are small, and quick to make: what is tried is not their digits, for which formats have own tests."""
+    monkeypatch.setattr("gonio.formats.rgl.layout.SIZE", 16)
+    monkeypatch.setattr("gonio.formats.radiance.patch_means.RING_STEPS", ((2, 60),))
+    monkeypatch.setattr("gonio.formats.radiance.patch_means.PAIR_STEPS", (1,))
+
+
+@pytest.fixture
 def aluminium():
     """The paper's aluminium: model, constants at three incidence angles, and a noisy simulated scan."""
     constants = published["Al"]

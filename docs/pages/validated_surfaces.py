@@ -59,6 +59,13 @@ def pooled(some: dict[str, Models], of: str, reference: tuple[str, ...]) -> floa
     return float(100 * (1 - new / old))
 
 
+FLOORED = "2026-11-30"  # when lg RMSE got its floor (docs/conventions.md)
+OLD_METRIC = [
+    "These values were made before lg RMSE had its floor (`docs/conventions.md`): points at which a model is zero or below are",
+    "left out of that model's.",
+]
+
+
 def lines(found: dict[str, Any]) -> list[str]:
     some = scans(found)
     return [
@@ -67,6 +74,7 @@ def lines(found: dict[str, Any]) -> list[str]:
         f"Made by `make validated` on {found['date']} ({found['machine']}). Each of the {len(next(iter(some.values())))} models of the",
         "catalogue is fitted in logarithms, so that every decade counts alike, with nothing free by incidence angle, and judged by lg",
         "RMSE, the rms error of the decimal logarithm, at each incidence angle in turn that its fit was not shown.",
+        *OLD_METRIC * (found["date"] < FLOORED),
         "",
         *conclusions(some),
         papers_metric(found),

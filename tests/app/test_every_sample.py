@@ -42,9 +42,8 @@ def chosen(paths):
 
 @pytest.mark.no_cover  # counting the lines of so many commands takes half as long as they do
 @pytest.mark.parametrize("name", of_every_format())
-def test_a_sample_goes_through_every_command(name, run, sample_files, tmp_path, monkeypatch):
+def test_a_sample_goes_through_every_command(name, run, sample_files, tmp_path, coarse_grids, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gonio.formats.rgl.layout.SIZE", 16)  # its own tests write files of full size
     kind, sample = formats()[name], chosen(sample_files[name])
     steps = [
         ("info", sample),

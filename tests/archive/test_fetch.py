@@ -15,6 +15,7 @@ import pytest
 
 from gonio import archive
 from gonio.app.cli import main
+from gonio.app.commands import fetch as command
 from gonio.archive import collection as declared
 from gonio.archive import download
 from gonio.archive.collection import Collection, PublicFile
@@ -107,6 +108,7 @@ def small(monkeypatch, tmp_path):
     every = {**declared.collections(), "small": one, "none": empty}
     monkeypatch.setattr(declared, "collections", lambda: type(declared_all)("collection", every))
     monkeypatch.setattr(archive, "collections", declared.collections)
+    monkeypatch.setattr(command, "collections", declared.collections)
     monkeypatch.setenv("GONIO_DATA", str(tmp_path / "cache"))
     monkeypatch.setattr(download.time, "sleep", lambda seconds: None)
     for proxy in ("http_proxy", "HTTP_PROXY", "all_proxy", "ALL_PROXY"):

@@ -172,7 +172,7 @@ def test_a_plain_scan_goes_into_every_format(kind, tmp_path):
 
 @every_writable
 @pytest.mark.parametrize("mode", ["", "reflection", "transmission"])
-def test_a_mode_is_kept_or_refused_and_never_becomes_the_other(kind, mode, tmp_path):
+def test_a_mode_is_kept_or_refused_and_never_becomes_the_other(kind, mode, coarse_grids, tmp_path):
     """By `convert` and by `write`, under the suffix of each format: reflection is what names no mode."""
     if kind.name in HUGE or kind.holds.quantity:
         pytest.skip("megabytes, or no BRDF: its own tests write it")
@@ -254,9 +254,8 @@ def converted(scan: xr.Dataset, target: Path, kind: str) -> str:
 
 @pytest.mark.no_cover  # counting the lines of so many conversions takes half as long as they do
 @pytest.mark.parametrize("source", sorted(set(formats()) - HUGE))
-def test_every_sample_goes_into_every_format_or_says_why_not(source, sample_files, tmp_path, monkeypatch):
+def test_every_sample_goes_into_every_format_or_says_why_not(source, sample_files, tmp_path, coarse_grids):
     """No crash among all pairs: a file, or one sentence with a remedy. The smallest file stands for its format."""
-    monkeypatch.setattr("gonio.formats.rgl.layout.SIZE", 16)  # its own tests write files of full size
     scan = read(min(sample_files[source], key=size_of))
     if scan.sizes.get("wavelength", 0) > 2:
         scan = scan.isel(wavelength=slice(2))  # two are several, and take less time

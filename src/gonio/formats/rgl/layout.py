@@ -46,6 +46,7 @@ def _layout_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
 
 def _plain_tensors(scan: xr.Dataset) -> dict[str, Any]:
     angles = _distinct(scan["theta_i"].values)
+    angles = angles[angles <= 90.0]  # half-difference grids have nodes below the horizon
     if len(angles) > MOST_ANGLES:
         angles = np.linspace(angles[0], min(angles[-1], 89.0), EVEN_ANGLES)
     turns = np.zeros(1)

@@ -51,13 +51,13 @@ def tree_to_klems(tree):
     with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
         file.write(tree)
         file.flush()
-        return run("bsdf2klems", *TREE_TO_KLEMS, file.name)
+        return run("bsdf2klems", *TREE_TO_KLEMS, file.name).replace(file.name, "tree.xml")
 
 
 def run(command, *arguments):
     environment = os.environ | {"PATH": f"{ROOT / 'bin'}:{os.environ['PATH']}", "RAYPATH": str(ROOT / "lib")}
     found = subprocess.run([ROOT / "bin" / command, *arguments], env=environment, capture_output=True, check=True)
-    return found.stdout.decode()
+    return found.stdout.decode().replace(f"{ROOT / 'bin'}/", "")  # a comment names the program with its folder
 
 
 def evaluate(text, pairs):

@@ -71,6 +71,17 @@ def test_a_scan_uses_its_own_pairs():
     assert "relative" in verdicts[2].why
 
 
+def test_directions_that_cannot_be_interpolated_leave_the_other_laws(monkeypatch):
+    """Too many scattered ones: energy has no verdict, with the reason, and the scan is checked all the same."""
+    monkeypatch.setattr("gonio.resampling.interpolation.LARGEST_CLOUD", 20)
+    random = np.random.default_rng(0)
+    scan = make_scan(*random.uniform(0, 80, (2, 40)), np.full(40, -0.1), random.uniform(0, 360, 40))
+    positive, _, energetic = of_scan(scan)
+    assert positive.holds is False
+    assert energetic.holds is None
+    assert "40 directions without a grid are more than the 20 that can be interpolated" in energetic.why
+
+
 def test_real_scan_as_its_header_says(shared_scans):
     """Sandblasted aluminium: the authors' reciprocal form has an rms ln ratio of a few hundredths."""
     verdict = of_scan(read(shared_scans / "jsss_mwir_aluminium_sandblasted.csv"))[1]

@@ -147,8 +147,8 @@ def test_a_pair_that_is_half_seen_is_a_mean_of_what_is_seen():
         assert means.partial == (0 if is_gap else last.size)
 
 
-def test_a_narrow_lobe_keeps_its_energy_on_the_way_into_a_file(tmp_path):
-    """At the centres of patches a lobe of 2 deg would be many times too high or too low."""
+def test_a_scan_keeps_its_energy_on_the_way_into_a_file(tmp_path):
+    """A constant over the hemisphere, but for incidence beyond its last angle."""
     theta_i = np.repeat(np.arange(0, 90, 5.0), 37 * 24)
     theta_r = np.tile(np.repeat(np.linspace(0, 90, 37), 24), 18)
     phi = np.tile(np.arange(0, 360, 15.0), 18 * 37)

@@ -58,6 +58,7 @@ def reflectances(scan: xr.Dataset, most_sets: int = MOST_SETS) -> list[Reflectan
 
     Of more than `most_sets` sets those with the largest values are taken. Empty for data that are relative, that are no
     BRDF, or of one plane alone. With reflection and transmission of one side, `mode` is "both" for their sum.
+    Raises ValueError for more scattered directions than can be interpolated.
     """
     if dataset.unit(scan) != dataset.ABSOLUTE or scan.attrs.get("quantity"):
         return []

@@ -17,7 +17,7 @@ _HOMES = {
     "compare": "gonio.comparison.ranking",
     "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
-    "fit": "gonio.fitting.fitting",
+    "fit": "gonio.comparison.answer",
     "fit_many": "gonio.fitting.many.fit_many",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
@@ -47,9 +47,9 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from gonio.comparison.answer import fit
     from gonio.comparison.ranking import compare
     from gonio.evaluation import evaluate
-    from gonio.fitting.fitting import fit
     from gonio.fitting.many.fit_many import fit_many
     from gonio.fitting.objective.problem import Problem
     from gonio.formats import read, write

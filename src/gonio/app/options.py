@@ -31,6 +31,15 @@ Scans = Annotated[
     typer.Argument(help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
+Models = Annotated[
+    str,
+    typer.Option(
+        "--model",
+        metavar="A,B",
+        help="models of `gonio models`, family (the paper's) or all; else the best of all",
+        show_default=False,
+    ),
+]
 ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
 

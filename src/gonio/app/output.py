@@ -84,8 +84,11 @@ def without_infinities(data: Any) -> Any:
 
 
 @contextmanager
-def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
-    """A bar on standard error while work goes on, drawn only where a person looks at a terminal."""
+def progress_bar(description: str) -> Iterator[Callable[..., None]]:
+    """A bar on standard error while work goes on, drawn only where a person looks at a terminal.
+
+    What it yields takes the fraction that is done, and what was done last, in a word.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -93,7 +96,11 @@ def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
         task = bar.add_task(description, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
+
+        def done(fraction: float, what: str = "") -> None:
+            bar.update(task, completed=fraction, description=f"{description}: {what}" if what else description)
+
+        yield done
 
 
 def uncertain(value: float, uncertainty: float, systematic: float = math.nan) -> str:

@@ -15,7 +15,7 @@ from gonio.model import Model
 
 Values = npt.NDArray[np.float64]
 FEWEST_PARTS = 5  # of a validation that says which models predict alike
-VALIDATED = ("delta", "log10_rmse")  # metrics of what was left out
+VALIDATED = ("log10_rmse", "delta", "E")  # metrics of what was left out
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,10 @@ class Row:
 
     metrics: over all points in use, by name of METRICS. judged: how many of them lg RMSE leaves out or floors.
     by_incidence: the same for each incidence angle [deg]. aicc,
-    bic: information criteria. farthest: largest theta_r [deg] of the scan. validated: metrics over the points that were
-    left out, and by_fold: lg RMSE of each left-out part; both empty where nothing was left out. judged_left_out: as
-    judged, of the points that were left out.
+    bic: information criteria. farthest: largest theta_r [deg] of the scan. metric: that of the weighting, by which
+    models of the scan are ranked. validated: metrics over the points that were left out, and by_fold: `metric` of each
+    left-out part; both empty where nothing was left out. left_out: what was left out, as `hold_out.folds` takes it.
+    judged_left_out: as judged, of the points that were left out.
     """
 
     solution: Solution
@@ -37,7 +38,9 @@ class Row:
     aicc: float
     bic: float
     farthest: float
+    metric: str
     validated: Mapping[str, float] = field(default_factory=dict)
+    left_out: str = ""
     by_fold: Mapping[str, float] = field(default_factory=dict)
     judged_left_out: Judged | None = None
 
@@ -70,7 +73,16 @@ def assess(problem: Problem, solution: Solution) -> Row:
         metrics_by_incidence(problem.points, modelled),
         *information_criteria(squares, len(problem.measured), solution.effective_values),
         float(problem.points["theta_r"].max()),
+        ranked_by(problem),
     )
+
+
+def ranked_by(problem: Problem) -> str:
+    """The metric of the weighting, by which models are ranked: lg RMSE in logarithms, else E under the weights.
+
+    Another metric may be small for a model that misses what the fit was asked for, or the other way round.
+    """
+    return "log10_rmse" if problem.logarithmic else "E"
 
 
 def information_criteria(squares: float, points: int, free: float) -> tuple[float, float]:
@@ -90,33 +102,37 @@ def validate(problem: Problem, row: Row, by: str) -> Row:
     """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
 
     by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all
-    left-out points, `by_fold` lg RMSE of each part, with the floor of the whole scan. Raises
-    ValueError where a part cannot be predicted.
+    left-out points, `by_fold` the metric of the weighting of each part, with the floor of the whole scan and the
+    weights of the fit. Raises ValueError where a part cannot be predicted.
     """
     modelled, parts = predictions(problem, row.solution, by)
     # not where the prediction is finite: every model answers for the same points
     rows = np.flatnonzero(np.logical_or.reduce([part for _, part in parts]))
     floor, left_out = least(problem.points), problem.points.isel(direction=rows)
-    validated = metrics(left_out, modelled[rows], floor=floor)
+    weights = None if problem.logarithmic else problem.root_weights**2
+    validated = metrics(left_out, modelled[rows], weights if weights is None else weights[rows], floor)
     by_fold = {}
     for name, part in parts:
         points = problem.points.isel(direction=np.flatnonzero(part))
-        by_fold[name] = metrics(points, modelled[part], floor=floor)["log10_rmse"]
+        by_fold[name] = metrics(points, modelled[part], weights if weights is None else weights[part], floor)[
+            row.metric
+        ]
     return replace(
         row,
         validated={name: validated[name] for name in VALIDATED},
         by_fold=by_fold,
+        left_out=by,
         judged_left_out=judged(left_out, modelled[rows], floor),
     )
 
 
 def scored_parts(row: Row) -> list[str]:
-    """The left-out parts that have an lg RMSE: one without any positive measurement has none, for no model."""
+    """The left-out parts that have an error: one without any positive measurement has no lg RMSE, for no model."""
     return [name for name, error in row.by_fold.items() if not math.isnan(error)]
 
 
 def behind(row: Row, best: Row) -> tuple[float, float]:
-    """By how much a model's left-out lg RMSE exceeds the best one's: mean over the parts and its standard error.
+    """By how much a model's left-out error exceeds the best one's: mean over the parts and its standard error.
 
     NaN for the error with fewer than two parts, and for both where a model predicts no number somewhere. `alike`
     says whether the difference means anything.

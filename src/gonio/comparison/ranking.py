@@ -10,6 +10,7 @@ import xarray as xr
 
 from gonio.comparison.assessment import Row, assess, validate
 from gonio.comparison.metrics import METRICS
+from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.fitting import fit
 from gonio.fitting.objective.from_scan import answered
 from gonio.fitting.objective.options import ProblemOptions
@@ -28,44 +29,71 @@ FAMILY = ("lambert", "torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorent
 REFERENCES: Mapping[str, tuple[str, ...]] = {"T-S": ("torrance-sparrow",), "T-C": ("wang-2016", "liu-2016")}
 
 
+def ignored(row: Row) -> None:
+    """Do nothing with a row."""
+
+
 def compare(
     scan: xr.Dataset,
     models: Sequence[Model],
     *,
-    by: str = "E",
+    by: str = "",
     left_out: str = "",
     solver: Solver | None = None,
     workers: int = 1,
     progress: Progress = silent,
+    fitted: Callable[[Row], None] = ignored,
     **options: Any,
 ) -> list[Row]:
     """Fit several models to one scan and order them by a metric, the best first, ties by fewer free values.
 
-    by: a name of METRICS. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
-    is left out in turn, and the order is by lg RMSE of that.
+    by: a name of METRICS; without one the metric of the weighting, which the fits minimise: lg RMSE for logarithms, E
+    for all others. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
+    is left out in turn, and the order is by the metric of that.
     workers: processes that share the models (`processes.results`); results do not depend on their number.
-    options: those of ProblemOptions. Names of parameters apply to the models that have them.
+    fitted: called with each row when it is there, in no order.
+    options: those of ProblemOptions, with `weighting` from the data unless one is named. Names of parameters apply to
+    the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
     """
-    if by not in METRICS:
+    if by and by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
-    problem_options = ProblemOptions(**options)
-    problem_options = replace(problem_options, **answered(problem_options, scan))
-    problems = [Problem(model, scan, **_for_model(model, models, problem_options)) for model in models]
-    # The longest searches start first, so that no process has one left when the others are finished.
-    longest = sorted(range(len(models)), key=lambda k: -len(problems[k].free_shape))
-    assessed: dict[int, Row] = {}
-    work = functools.partial(_assessed, solver=solver, left_out=left_out)
+    problems = problems_of(scan, models, options)
+    work = functools.partial(assessed, solver=solver, left_out=left_out)
+    done: dict[int, Row] = {}
+    longest = longest_first(problems)
     for index, row in results(work, [problems[k] for k in longest], workers):
-        assessed[longest[index]] = row
-        progress(len(assessed) / len(models))
-    rows = [assessed[k] for k in range(len(models))]
-    return _ordered(rows, (lambda row: row.validated["log10_rmse"]) if left_out else (lambda row: row.metrics[by]))
+        done[longest[index]] = row
+        fitted(row)
+        progress(len(done) / len(models))
+    return ordered([done[k] for k in range(len(models))], by)
 
 
-def _assessed(problem: Problem, solver: Solver | None, left_out: str) -> Row:
-    row = assess(problem, fit(problem, solver))
+def problems_of(scan: xr.Dataset, models: Sequence[Model], options: Mapping[str, Any]) -> list[Problem]:
+    """The problem of each model, with the options that are read from the scan read once for all."""
+    asked = ProblemOptions(**options)
+    asked = replace(asked, **answered(asked, scan))
+    return [Problem(model, scan, **_for_model(model, models, asked)) for model in models]
+
+
+def longest_first(problems: Sequence[Problem]) -> list[int]:
+    """Places of the problems, the longest searches first: no process has one left when the others are finished."""
+    return sorted(range(len(problems)), key=lambda k: -len(problems[k].free_shape))
+
+
+def assessed(problem: Problem, solver: Solver | None, left_out: str, covariance: str = DEFAULT) -> Row:
+    """A problem fitted, and validated where something is left out."""
+    row = assess(problem, fit(problem, solver, covariance=covariance))
     return validate(problem, row, left_out) if left_out else row
+
+
+def ordered(rows: Sequence[Row], by: str = "") -> list[Row]:
+    """Rows of one scan, the best first: by a metric of the fit, or else by what was left out where something was."""
+
+    def error_of(row: Row) -> float:
+        return row.validated[row.metric] if row.validated and not by else row.metrics[by or row.metric]
+
+    return _ordered(rows, error_of)
 
 
 def _ordered(rows: Sequence[Row], error_of: Callable[[Row], float]) -> list[Row]:

@@ -74,6 +74,7 @@ ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
     "seconds": (float, math.nan),  # NaN for a lane from a store of results, which holds those of many calls
     "evaluations": (int, None),  # of the model; for a lane of many, steps of its search
     "weighting": (str, None),
+    "weighting_reason": (str, ""),  # why the data ask for it; empty where it was named
     "noise_floor": (float, 0.0),
     "loss": (str, "squared"),
     "loss_scale": (float, math.nan),  # scatter of the weighted residuals; NaN for squared errors
@@ -92,6 +93,7 @@ ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
     "device": (str, ""),
     "data_history": (str, ""),
     "versions": (str, ""),
+    "answer": (str, ""),  # of `gonio.fit(scan)`, as JSON: weighting, validation, verdict and the models tried
     **{f"instrument_{name}": (float, value) for name, value in asdict(IDEAL).items()},
 }
 
@@ -150,6 +152,7 @@ def problem_attributes(problem: Problem) -> dict[str, Any]:
         "model": problem.model.name,
         "cite": problem.model.cite,
         "weighting": problem.weighting,
+        "weighting_reason": problem.weighting_reason,
         "noise_floor": problem.noise_floor,
         "loss": problem.loss,
         "smooth": " ".join(f"{name}={one}" for name, one in problem.smoothed.items()),

@@ -9,6 +9,7 @@ in `comparison` and `certainty`.
 """
 
 import functools
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -89,6 +90,13 @@ class Solution:
         """Standard uncertainty by parameter: NaN for held values, infinite for values that are not determined."""
         names = self.dataset["parameter"].values.tolist()
         return dict(zip(names, self.dataset["uncertainty"].values.tolist(), strict=True))
+
+    @property
+    def answer(self) -> dict[str, Any]:
+        """What `gonio.fit(scan)` found beside the values: weighting, validation, verdict, models tried; else empty."""
+        text = str(self.dataset.attrs["answer"])
+        found: dict[str, Any] = json.loads(text) if text else {}
+        return found
 
     @property
     def covariance_kind(self) -> str:

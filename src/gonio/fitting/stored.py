@@ -9,6 +9,7 @@ that the model has, labels that belong to groups, known words, finite sizes. Eve
 gives the byte offset of the variable at fault. Nothing is repaired or guessed.
 """
 
+import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -166,6 +167,7 @@ class _Stored:
         # Written so that NaN is refused: every comparison with it is false.
         if not (0 <= attrs["points"] < LARGEST and 0 <= attrs["effective_values"] < LARGEST):
             raise self.refuse("the number of points or of values is not one that a fit can have")
+        self._parsed("answer", lambda: _is_answer(attrs["answer"]))
         self._parsed("smooth", lambda: [Smooth.parsed(text.partition("=")[2]) for text in attrs["smooth"].split()])
         cones = {name.removeprefix("instrument_"): attrs[name] for name in attrs if name.startswith("instrument_")}
         cones.pop("error")
@@ -211,6 +213,12 @@ class _Stored:
                 raise self.refuse(f"{name} is {value[k]:g}, too near to zero for {model.name}", "value")
         if (dataset["uncertainty"].values < 0).any():
             raise self.refuse("an uncertainty is below zero", "uncertainty")
+
+
+def _is_answer(text: str) -> None:
+    """ValueError for what is neither empty nor a JSON object, which `Solution.answer` would not read."""
+    if text and not isinstance(json.loads(text), dict):
+        raise ValueError("it is no JSON object")
 
 
 def _is_number(text: str) -> bool:

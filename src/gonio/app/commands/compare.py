@@ -1,12 +1,13 @@
 """`gonio compare`: several models fitted to scans, and ranked."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
-from gonio import compare
-from gonio.app.options import OutputOptions, ScanOptions, Scans, chosen_models, processes
-from gonio.app.output import progress_bar
+from gonio.app.answering import AnswerOptions, watched
+from gonio.app.options import OutputOptions, ScanOptions, Scans, chosen_models
 from gonio.app.views import ranking
+from gonio.comparison.answer import Answer, answer
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
@@ -14,14 +15,14 @@ from gonio.options import Option, one_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class RankingOptions:
+class RankingOptions(AnswerOptions):
     """Which models are ranked, and by what."""
 
-    models: Annotated[str, Option("names, family (the paper's) or all", metavar="A,B")] = "family"
-    rank: Annotated[str, Option(one_of(METRICS))] = "E"
+    models: Annotated[
+        str, Option("names, family (the paper's) or all; else those of all that a first look finds near", metavar="A,B")
+    ] = ""
+    rank: Annotated[str, Option(f"{one_of(METRICS)} of the fit, not by what is left out", metavar="METRIC")] = ""
     by_incidence: Annotated[bool, Option("nRMSE at each incidence angle too")] = False
-    validate: Annotated[str, Option("rank by what is left out: theta_i, out-of-plane, 5 (blocks)", metavar="BY")] = ""
-    workers: Annotated[int, Option("processes that share the models; 0: as many as pay off", metavar="N")] = 0
 
 
 def command(
@@ -32,24 +33,19 @@ def command(
     scan: ScanOptions,
     output: OutputOptions,
 ) -> None:
-    """Fit several models to scans and rank them."""
-    models, solver = chosen_models(ranked.models), search.chosen()
+    """Fit several models to scans and rank them, by what each predicts at directions that its fit was not shown.
+
+    Without --models every model of the catalogue is looked at, and those that come near to the best are fitted.
+    """
+    if ranked.rank and ranked.rank not in METRICS:
+        raise ValueError(f"no metric {ranked.rank!r}: choose one of {', '.join(METRICS)}")
+    models = chosen_models(ranked.models or "all")
     if not models:
         raise ValueError("--models names no model: there is nothing to compare")
-    loaded = [(path, scan.read(path)) for path in scans]
-    rankings = []
-    with progress_bar("comparing") as progress:
-        for done, (path, data) in enumerate(loaded):
-            rows = compare(
-                data,
-                models,
-                by=ranked.rank,
-                left_out=ranked.validate,
-                solver=solver,
-                workers=processes(ranked.workers, len(models)),
-                progress=lambda fraction, done=done: progress((done + fraction) / len(loaded)),  # type: ignore[misc]
-                **problem.given(),
-            )
-            rankings.append((path, rows))
-    lines = (line for path, rows in rankings for line in ranking.lines(path, rows, ranked.by_incidence))
-    output.show([ranking.record(path, rows) for path, rows in rankings], lines)
+    asked = ranked.asked(len(models), solver=search.chosen(), race=not ranked.models, by=ranked.rank)
+    answers: list[tuple[Path, Answer]] = []
+    for path, data in [(path, scan.read(path)) for path in scans]:
+        with watched(path.name) as watch:
+            answers.append((path, answer(data, models, asked, watch, **problem.given())))
+    lines = (line for path, one in answers for line in ranking.lines(path, one, ranked.rank, ranked.by_incidence))
+    output.show([ranking.record(path, one) for path, one in answers], lines)

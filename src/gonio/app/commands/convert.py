@@ -11,6 +11,7 @@ from gonio import Problem, catalogue, convert, fit, read, resample
 from gonio.app import arguments
 from gonio.app.options import OutputOptions, Scan, ScanOptions, To
 from gonio.app.views import conversion
+from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.options import Weighting
 from gonio.measured.dataset import add_history, directions
 from gonio.options import Option
@@ -33,7 +34,7 @@ class ResamplingOptions:
     onto: Annotated[Path | None, Option("resample onto the directions of this file first", metavar="FILE")] = None
     impose: Annotated[str, Option("reciprocity, bilateral: means over images", metavar="A,B")] = ""
     fill: Annotated[str, Option("what may stand in gaps; several by commas", metavar="symmetry|MODEL")] = ""
-    weighting: Weighting = "uniform"
+    weighting: Weighting = AUTO
 
     def steps(self, data: "xr.Dataset") -> dict[str, Any]:
         """What `resample` and `convert` are asked."""
@@ -50,9 +51,10 @@ class ResamplingOptions:
             raise ValueError(f"--fill names {len(models)} models, {' and '.join(models)}: one fills the gaps")
         if not models:
             return Filling(symmetries)
-        solution = fit(Problem(catalogue[models[0]], data, weighting=self.weighting))
+        problem = Problem(catalogue[models[0]], data, weighting=self.weighting)
+        solution = fit(problem)
         values = ", ".join(f"{k} {v:.6g}" for k, v in solution.values.items())
-        words = f"{models[0]} fitted with {self.weighting} weighting ({values}; {solution.status})"
+        words = f"{models[0]} fitted with {problem.weighting} weighting ({values}; {solution.status})"
         return Filling(symmetries, partial(_predicted, solution), words)
 
     def onto_file(self, data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":

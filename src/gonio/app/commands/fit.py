@@ -1,16 +1,18 @@
-"""`gonio fit`: one model fitted to a scan, or to several jointly."""
+"""`gonio fit`: the model that describes a scan, or a model that is named, fitted to one scan or several jointly."""
 
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from gonio import Problem, catalogue
-from gonio import fit as fit_problem
-from gonio.app.options import ModelName, OutputOptions, ScanOptions, Scans
-from gonio.app.output import emit_json, progress_bar, show
+from gonio.app.answering import AnswerOptions, watched
+from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models
+from gonio.app.output import emit_json, show
+from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
-from gonio.comparison import assess
+from gonio.comparison.answer import answer
+from gonio.comparison.ranking import problems_of
 from gonio.files import filling, refuse_existing
 from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitOptions:
-    """Whether scans are fitted together, and where the results go."""
+class FitOptions(AnswerOptions):
+    """What models are judged by, whether scans are fitted together, and where the results go."""
 
     joint: Annotated[bool, Option("several scans at once: weights one a scan, the shape shared")] = False
     out: Annotated[str, Option("write the solution, its JSON and figures", metavar="DIR")] = ""
@@ -35,32 +37,39 @@ class FitOptions:
 
 def command(
     scans: Scans,
-    model: ModelName,
     problem: ProblemOptions,
     search: SearchOptions,
     scan: ScanOptions,
     certainty: CertaintyOptions,
     fitted: FitOptions,
     output: OutputOptions,
+    model: Models = "",
 ) -> None:
-    """Fit one model to a scan, or to several jointly: values, uncertainties, metrics."""
+    """Say which model describes a scan, how well, with which values, and how sure.
+
+    Without --model every model of the catalogue is tried, and ranked by what it predicts at directions that its fit was
+    not shown. With --model that one is fitted. Several scans are fitted together by --joint.
+    """
     data = scan.read_joint(scans, fitted.joint)
-    asked = Problem(catalogue[model], data, **problem.given())
-    certainty.refuse_unfit(asked)
+    models = chosen_models(model or "all")
+    if len(models) == 1:
+        certainty.refuse_unfit(problems_of(data, models, problem.given())[0])
     out = Path(fitted.out) if fitted.out else None
     if out:
         refuse_existing(out, output.force)
-    with progress_bar(f"fitting {model}") as progress:
-        row = assess(asked, fit_problem(asked, search.chosen(), progress, certainty.covariance))
-    scrutiny = scrutinise(asked, row.solution.vector(asked.names))
-    answers = ask(asked, row.solution, certainty, search.seed)
-    record = fit_report.solution_record(row, scrutiny, answers)
+    asked = fitted.asked(len(models), solver=search.chosen(), covariance=certainty.covariance)
+    with watched("fitting") as watch:
+        found = answer(data, models, asked, watch, **problem.given())
+    row = found.best
+    scrutiny = scrutinise(found.problem, row.solution.vector(found.problem.names))
+    answers = ask(found.problem, row.solution, certainty, search.seed)
+    record = fit_report.solution_record(row, scrutiny, answers) | found.record() | {"seed": search.seed}
     if out:
         with filling(out, output.force) as folder:
             emit_json(record, str(folder / "fit.json"))
-            _write(folder, data, row, answers)
+            _write(folder, found.problem.data, row, answers)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
-    output.show(record, fit_report.lines(which, row, scrutiny, answers))
+    output.show(record, chain(answer_report.lines(which, found), fit_report.lines(which, row, scrutiny, answers)))
     if out and output.json != "-":
         show(f"wrote {out}/")
 

@@ -7,20 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import figure, table
 from gonio.app.views.fit import provisos
+from gonio.app.views.fit.answer import dropped_lines, head_lines
 from gonio.app.views.judged import judged_lines, judged_record
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from gonio.comparison import Row
+    from gonio.comparison.answer import Answer
 
 
-def ranking_table(scan: str, rows: Sequence["Row"]) -> "Table":
-    """Models side by side, with the drop of nRMSE against the paper's two references, as in Tables 2 and 3."""
+def ranking_table(scan: str, rows: Sequence["Row"], by: str = "") -> "Table":
+    """Models side by side, by what was left out, or by a metric of the fit where nothing was or `by` names one."""
     from gonio.comparison.metrics import METRICS
     from gonio.comparison.ranking import drop, reference_errors
 
-    if rows and rows[0].validated:
+    if rows and rows[0].validated and not by:
         return _validated_table(scan, rows)
     references = reference_errors(rows)
     heads = [metric.title for metric in METRICS.values()]
@@ -53,11 +55,12 @@ def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
 def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models by their error where they were not shown the measurement, and which differences mean something."""
     from gonio.comparison.assessment import FEWEST_PARTS, alike, behind, scored_parts
+    from gonio.comparison.metrics import METRICS
 
     counts = [row.judged_left_out or row.judged for row in rows]
     floored = ["floored"] if any(one.floored for one in counts) else []
     heads = ("free", "fitted", "left out", *floored, "behind", "AICc", "BIC")
-    out = table("model", "", *heads, title=f"{scan}, lg RMSE")
+    out = table("model", "", *heads, title=f"{scan}, {METRICS[rows[0].metric].title}")
     for row, count in zip(rows, counts, strict=True):
         mean, error = behind(row, rows[0])
         if row is rows[0]:
@@ -65,7 +68,7 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
         else:
             apart = f"{mean:.4f}±{error:.4f}" if math.isfinite(error) else _four(mean)
             apart += " ≈" if alike(row, rows[0]) else "  "
-        errors = (row.metrics["log10_rmse"], row.validated["log10_rmse"])
+        errors = (row.metrics[row.metric], row.validated[row.metric])
         out.add_row(
             row.model.name,
             mark(row),
@@ -117,8 +120,9 @@ def incidence_tables(rows: Sequence["Row"]) -> "Iterator[Table]":
         yield out
 
 
-def record(path: Path, rows: Sequence["Row"]) -> dict[str, Any]:
+def record(path: Path, answer: "Answer") -> dict[str, Any]:
     """A ranking as plain data."""
+    rows = answer.rows
     ranking = [
         {
             "model": row.model.name,
@@ -137,12 +141,15 @@ def record(path: Path, rows: Sequence["Row"]) -> dict[str, Any]:
         }
         for row in rows
     ]
-    return {"scan": str(path), "ranking": ranking}
+    return {"scan": str(path), "ranking": ranking} | answer.record()
 
 
-def lines(path: Path, rows: Sequence["Row"], by_incidence: bool = False) -> Iterator[Any]:
+def lines(path: Path, answer: "Answer", by: str = "", by_incidence: bool = False) -> Iterator[Any]:
     """A ranking for people, with the errors at each incidence angle where they are asked for."""
-    yield ranking_table(path.stem, rows)
+    rows = answer.rows
+    yield from head_lines(path.name, answer)
+    yield ranking_table(path.stem, rows, by)
+    yield from dropped_lines(answer)
     yield from provisos.instrument_lines([row.solution for row in rows])
     if by_incidence:
         yield from incidence_tables(rows)

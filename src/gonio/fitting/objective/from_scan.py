@@ -3,7 +3,7 @@
 `held={"gamma": "half-width"}` holds the width of the directional-diffuse lobe at the half width at half maximum that
 the measured curve has, as guo2023 reads it (section 2.1). `material="gold"` holds `index` and `extinction` at the
 complex refractive index n + i k of the material, at every wavelength of the scan. Both end as ordinary numbers in
-`held`, so a solver never sees where they came from.
+`held`, so a solver never sees where they came from. `weighting="auto"` becomes the weighting that the values ask for.
 """
 
 import math
@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gonio.fitting.objective.automatic import AUTO, chosen
 from gonio.fitting.objective.entries import group_label
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.materials import constants
+from gonio.measured import dataset
 from gonio.measured.half_width import half_widths, widest_angle
 from gonio.model import Model
 from gonio.units import UNITS
@@ -36,7 +38,28 @@ def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
     for name in [name for name, value in held.items() if isinstance(value, str)]:
         held[name] = _half_width(name, str(held[name]), scan)
     changed: dict[str, Any] = {"held": held} if held != options.held else {}
+    if options.weighting == AUTO:
+        changed |= _weighting(options, scan)
     return changed | _with_material(options, held, scan) if options.material else changed
+
+
+def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
+    """The weighting that the values in use ask for, with a noise floor where one is given.
+
+    Without a value there is nothing to choose from; a Problem then says so itself.
+    """
+    points = dataset.points(scan)
+    if options.noise_floor:
+        reason = f"a noise floor of {options.noise_floor:g} is given"
+        return {"weighting": "relative", "weighting_reason": reason}
+    if not points.sizes["direction"]:
+        return {"weighting": "uniform"}
+    choice = chosen(points)
+    return {
+        "weighting": choice.weighting,
+        "noise_floor": choice.noise_floor,
+        "weighting_reason": choice.reason,
+    }
 
 
 def _half_width(name: str, text: str, scan: xr.Dataset) -> float:

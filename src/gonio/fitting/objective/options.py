@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.loss import LOSSES
 from gonio.fitting.objective.smooth import Smoothing
 from gonio.fitting.objective.weighting import WEIGHTINGS
@@ -29,7 +30,7 @@ MaterialWavelength = Annotated[
 ]
 
 
-Weighting = Annotated[str, Option(one_of(WEIGHTINGS))]
+Weighting = Annotated[str, Option(f"{one_of((AUTO, *WEIGHTINGS))}; {AUTO} chooses from the data, and says why")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,7 +48,9 @@ class ProblemOptions:
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
     material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths,
         or at `wavelength` [nm] where that is given.
-    weighting: a name of WEIGHTINGS. g1 and g2, functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    weighting: a name of WEIGHTINGS, or `auto`, which takes the one that the scan asks for (`automatic`). g1 and g2,
+        functions of theta_i and of theta_r [deg], multiply it (eq 11).
+    weighting_reason: why the scan asks for it, in words; empty where it was named.
     noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
         the constant standard deviation over the relative one. Values near zero then count for little, but none is
         dropped. Masking them instead cuts off those that noise made small, and biases the fit.
@@ -76,7 +79,8 @@ class ProblemOptions:
     ] = field(default_factory=dict)
     material: MaterialName = ""
     wavelength: MaterialWavelength = None
-    weighting: Weighting = "uniform"
+    weighting: Weighting = AUTO
+    weighting_reason: str = ""
     noise_floor: Annotated[float, Option("relative weighting: the noise is constant below it", metavar="VALUE")] = 0.0
     loss: Annotated[str, Option(f"what a large error costs: {one_of(LOSSES)}")] = "squared"
     instrument: Instrument = IDEAL
@@ -85,13 +89,13 @@ class ProblemOptions:
     point_weights: Values | None = None
 
     def __post_init__(self) -> None:
-        if self.weighting not in WEIGHTINGS:
-            raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join(WEIGHTINGS)}")
+        if self.weighting not in (AUTO, *WEIGHTINGS):
+            raise ValueError(f"no weighting {self.weighting!r}: choose one of {', '.join((AUTO, *WEIGHTINGS))}")
         if self.loss not in LOSSES:
             raise ValueError(f"no loss {self.loss!r}: choose one of {', '.join(LOSSES)}")
         if not 0 <= self.noise_floor < math.inf:
             raise ValueError(f"noise_floor is {self.noise_floor:g}: give a BRDF of zero or more")
-        if self.noise_floor and not WEIGHTINGS[self.weighting].floored:
+        if self.noise_floor and self.weighting != AUTO and not WEIGHTINGS[self.weighting].floored:
             raise ValueError(
                 f"{self.weighting} weighting takes no noise floor: choose relative, or leave the floor out"
             )

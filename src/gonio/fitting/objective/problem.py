@@ -15,7 +15,7 @@ E: in `fitting.search` variable projection (golub1973) uses `design`, and search
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -65,6 +65,9 @@ class Problem(ProblemOptions):
 
     model: Model
     data: xr.Dataset
+    weighting: str = field(
+        default="uniform", kw_only=True
+    )  # eq 11 as printed; what looks for an answer asks for `auto`
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -98,11 +101,11 @@ class Problem(ProblemOptions):
             raise ValueError(f"{what}: {IN_RANGE}")
 
     def _refuse_unknown_names(self) -> None:
-        for field, option in options_of(ProblemOptions).items():
-            for name in getattr(self, field) if option.of_parameters else ():
+        for name_of, option in options_of(ProblemOptions).items():
+            for name in getattr(self, name_of) if option.of_parameters else ():
                 if name not in self.model.parameters:
                     have = ", ".join(self.model.parameters)
-                    raise ValueError(f"{field}: {self.model.name} has no parameter {name!r}; it has {have}")
+                    raise ValueError(f"{name_of}: {self.model.name} has no parameter {name!r}; it has {have}")
 
     @functools.cached_property
     def points(self) -> xr.Dataset:

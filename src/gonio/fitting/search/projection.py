@@ -36,6 +36,7 @@ Values = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 BETTER = 1e-10  # of E: by how much another minimum must be lower; the same one met twice differs by rounding
 NEAR = 1e-6  # relative change of E or of the values that ends a search for a start
+GLANCES, GLANCED = 3, 1e-2  # descents of a glance, and the relative change of E that ends one
 SHORT = 10  # the first searches, which only find out where the last one starts, may try so many times fewer points
 
 
@@ -111,6 +112,17 @@ class Projection:
         vector = np.concatenate([reduced.solve(shape)[0], shape])
         rivals = tuple(np.concatenate([reduced.solve(s)[0], s]) for s in map(reduced.shape, others))
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
+
+    def glance(self, problem: Problem) -> float:
+        """The least E that a few rough descents meet: an upper bound near the minimum, in a tenth of a search's time."""
+        relative = RelativeWeights(problem) if problem.logarithmic else Reduced(problem)
+        if problem.free_shape:
+            starts = replace(self, searches=GLANCES)._starts(relative)
+        else:
+            starts = [np.empty(0)]
+        vectors = [np.concatenate([relative.solve(s)[0], s]) for s in map(relative.shape, starts)]
+        ends = [refit(problem, vector, GLANCED, self.max_steps // SHORT) for vector in vectors]
+        return min(end.cost for end in ends) / problem.scale
 
     def _of_cells(self, progress: Progress) -> Settings:
         """What a search in cells takes of this one."""

@@ -15,7 +15,7 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from typing import Any
 import xarray as xr
 
 from gonio.files import naming, refuse_existing, refuse_overlap, replacing
+from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
@@ -67,6 +68,9 @@ class StackFit:
             raise ValueError(
                 f"--hold {name}={HALF_WIDTH} reads one scan, and a stack has many: hold {name} at a number"
             )
+        if self.problem.weighting == AUTO:
+            # `fit_many` takes no logarithms, and one choice has to hold for every scan of the stack
+            object.__setattr__(self, "problem", replace(self.problem, weighting="uniform"))
         for name in ("stack", "out"):
             object.__setattr__(self, name, Path(getattr(self, name)).absolute())
         refuse_overlap(self.out, [self.stack])

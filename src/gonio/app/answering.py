@@ -1,0 +1,55 @@
+"""How `fit` and `compare` look for the best model, and what a person sees while they do."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from gonio.app.options import processes
+from gonio.app.output import figure, progress_bar
+from gonio.comparison.answer import NOTHING, Asked, Watch
+from gonio.comparison.assessment import Row
+from gonio.comparison.ranking import ordered
+from gonio.fitting.objective.automatic import AUTO
+from gonio.options import Option
+from gonio.processes.ending import last_words
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnswerOptions:
+    """What models are judged by, and which values take part."""
+
+    validate: Annotated[
+        str,
+        Option(
+            f"what is left out in turn to judge a model: {AUTO}, theta_i, out-of-plane, 5 (parts) or {NOTHING}",
+            metavar="BY",
+        ),
+    ] = AUTO
+    keep_all: Annotated[bool, Option("fit values that the rest of the scan contradicts, too")] = False
+    workers: Annotated[int, Option("processes that share the models; 0: as many as pay off", metavar="N")] = 0
+
+    def asked(self, models: int, **others: Any) -> Asked:
+        """The same for the functions that answer."""
+        return Asked(left_out=self.validate, keep_all=self.keep_all, workers=processes(self.workers, models), **others)
+
+
+@contextmanager
+def watched(description: str) -> Iterator[Watch]:
+    """A bar that names the model; where Ctrl-C ends the program, its last words are the models fitted so far."""
+    done: list[Row] = []
+
+    def so_far() -> str:
+        if not done:
+            return "stopped: no model was fitted in full yet"
+        lines = [f"stopped: {len(done)} models were fitted in full, the best first"]
+        for row in ordered(done):
+            error = row.validated[row.metric] if row.validated else row.metrics[row.metric]
+            values = ", ".join(f"{name} {figure(value)}" for name, value in list(row.solution.values.items())[:12])
+            lines.append(
+                f"  {row.model.name}: {'left-out ' * bool(row.validated)}{row.metric} {figure(error)} ({values})"
+            )
+        return "\n".join(lines)
+
+    with last_words(so_far), progress_bar(description) as progress:
+        yield Watch(progress, done.append)

@@ -1,0 +1,84 @@
+"""The answer to what was asked of a scan, before the values: a verdict, what it rests on, and what else was tried."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from gonio.app.output import figure, strong, table
+from gonio.units import unit_label
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from gonio.comparison.answer import Answer
+
+MOST = 5  # models that are listed
+WORDS = {"theta_i": "each incidence angle in turn", "out-of-plane": "all that is out of plane"}
+
+
+def lines(which: str, answer: "Answer") -> Iterator[Any]:
+    """The answer for people; `which` names what was fitted."""
+    yield from head_lines(which, answer)
+    if len(answer.rows) > 1:
+        yield ranking(answer)
+
+
+def head_lines(which: str, answer: "Answer") -> Iterator[Any]:
+    """The verdict and what it rests on: weighting, what was left out, what no fit was shown."""
+    yield strong(answer.verdict.words)
+    yield f"{which}: {_judged(answer)}"
+    yield from contradicted_lines(answer)
+
+
+def dropped_lines(answer: "Answer") -> Iterator[str]:
+    """Which models were looked at and not fitted in full; nothing where all were fitted."""
+    if answer.dropped:
+        yield (
+            f"far worse at a first look, so not fitted in full (--models all fits them): {', '.join(answer.dropped)}"
+        )
+
+
+def weighting_line(answer: "Answer") -> str:
+    """The weighting by name, and why."""
+    attrs = answer.best.solution.dataset.attrs
+    floor = f", noise floor {attrs['noise_floor']:.3g} {unit_label(answer.best.solution.unit)}" * bool(
+        attrs["noise_floor"]
+    )
+    reason = f": {attrs['weighting_reason']}" if attrs["weighting_reason"] else ", as asked"
+    return f"{attrs['weighting']} weighting{floor}{reason}"
+
+
+def _judged(answer: "Answer") -> str:
+    if not answer.left_out:
+        left_out = "nothing was left out, so nothing says how well it predicts"
+    else:
+        parts = f"{answer.left_out} parts of blocks of directions in turn"
+        left_out = f"left out: {WORDS.get(answer.left_out, parts if answer.left_out.isdigit() else answer.left_out)}"
+    return f"{weighting_line(answer)}; {left_out}"
+
+
+def contradicted_lines(answer: "Answer") -> Iterator[Any]:
+    """What no fit was shown, and why; nothing where all values were."""
+    if answer.contradicted:
+        points = sum(len(one.rows) for one in answer.contradicted)
+        yield strong(
+            f"{points} points are left out of every fit", ", as the scan contradicts them (--keep-all fits them):"
+        )
+        yield from (f"- {one.words} ({len(one.rows)} points)" for one in answer.contradicted)
+
+
+def ranking(answer: "Answer") -> "Table":
+    """The models that predict best, and how many others were tried."""
+    metric = answer.best.metric
+    title = "lg RMSE" if metric == "log10_rmse" else "E"
+    out = table("model", "values", f"fitted {title}", *([f"left-out {title}"] if answer.left_out else []))
+    for row in answer.rows[:MOST]:
+        left_out = [figure(row.validated[metric])] if answer.left_out else []
+        out.add_row(row.model.name, f"{row.effective_values:.3g}", figure(row.metrics[metric]), *left_out)
+    others = len(answer.rows) - MOST
+    words = [f"{others} more models were fitted"] if others > 0 else []
+    if answer.dropped:
+        words.append(f"{len(answer.dropped)} were far worse at a first look")
+    if answer.raced < len(answer.problem.measured):
+        words.append(f"models were compared on {answer.raced} of {len(answer.problem.measured)} points")
+    out.caption, out.caption_justify = "; ".join([*words, "gonio compare SCAN shows all"]), "left"
+    return out

@@ -1,0 +1,246 @@
+"""Which model describes a scan, how well, with which values, and how sure: the answer where nothing else is asked.
+
+1. Values that the rest of the scan contradicts are left out of the fit (`consistency`), and said to be.
+2. The weighting that the data ask for (`fitting.objective.automatic`), unless one is named.
+3. A first look at every model (`race`), and a full fit of those that may predict best.
+4. Each of these is validated on directions that its fit was not shown, whole incidence angles where the scan has three.
+5. The one with the least error there, its values and uncertainties, and a verdict in plain words (`verdict`).
+
+The error of the best of several models is a little too small, as the model was chosen by it. Of very many points some
+stand for all while models are compared; the best is then fitted to all.
+"""
+
+import functools
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from gonio.comparison.assessment import Row, validate
+from gonio.comparison.consistency import Contradiction, consistent
+from gonio.comparison.race import first_look, spread_rows, worth_fitting
+from gonio.comparison.ranking import assessed, ignored, ordered, problems_of
+from gonio.comparison.verdict import Verdict, verdict
+from gonio.fitting import fitting
+from gonio.fitting.certainty.hold_out import folds
+from gonio.fitting.covariance_kinds import DEFAULT
+from gonio.fitting.objective.automatic import AUTO
+from gonio.fitting.objective.problem import Problem
+from gonio.fitting.search.solver import Progress, Solver, silent
+from gonio.fitting.solution import Solution
+from gonio.model import Model
+from gonio.processes import crew
+
+RACED = 1000  # points on which models are compared: a scan has some hundred
+VALIDATED = 20_000  # points of a scan that is validated as a whole
+FEWEST_ANGLES = 3  # of incidence, so that two are left when one is left out
+BLOCKS = "5"  # what is left out of a scan of fewer: each in turn of so many parts of blocks of directions
+NOTHING = "none"  # to leave out
+LOOKED, RAN = 0.3, 0.95  # of the time when every model was looked at, and when all were fitted
+
+
+def _finite(value: float | None) -> float | None:
+    """For JSON, which has neither NaN nor infinity."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _unwatched(fraction: float, what: str = "") -> None:
+    """Do nothing with the progress."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """How an answer is looked for.
+
+    left_out: as `compare` takes it; `auto` is theta_i where the scan has three incidence angles, else five parts of
+    blocks of directions; `none` leaves nothing out. by: a metric of the fit to rank by in place of what is left out.
+    race: fit only models that a first look finds near to the best; else all. keep_all: fit values that the rest of the
+    scan contradicts, too. solver, covariance: as `fitting.fit` takes them. workers: processes that share the models.
+    """
+
+    left_out: str = AUTO
+    by: str = ""
+    race: bool = True
+    keep_all: bool = False
+    solver: Solver | None = None
+    covariance: str = DEFAULT
+    workers: int = 1
+
+
+class Watch(NamedTuple):
+    """Who is told how far it is: of the fraction that is done with the last model, and of each row when it is there."""
+
+    progress: Callable[[float, str], None] = _unwatched
+    fitted: Callable[[Row], None] = ignored
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found about one scan.
+
+    rows: the models that were fitted in full, the best first; the first is of all points. problem: that of the first.
+    dropped: the other models by the error of the first look, a root of E on few points. raced: on how many points
+    models were compared. left_out: what was left out in turn, or nothing. contradicted: values of the scan that no fit
+    was shown.
+    """
+
+    rows: Sequence[Row]
+    problem: Problem
+    verdict: Verdict
+    dropped: Mapping[str, float] = field(default_factory=dict)
+    raced: int = 0
+    left_out: str = ""
+    contradicted: Sequence[Contradiction] = ()
+
+    @property
+    def best(self) -> Row:
+        """The model that predicts best."""
+        return self.rows[0]
+
+    @property
+    def tried(self) -> list[dict[str, Any]]:
+        """Every model with its left-out error in the metric of the weighting, None for those that were dropped."""
+        fitted = [{"model": r.model.name, "validated": _finite(r.validated.get(r.metric))} for r in self.rows]
+        return fitted + [{"model": name, "validated": None} for name in self.dropped]
+
+    def with_record(self) -> "Answer":
+        """The same, with the record in the attributes of the best solution, so that it is kept with it."""
+        solution = self.best.solution
+        text = json.dumps(self.record(), ensure_ascii=False, allow_nan=False)
+        kept = Solution(solution.dataset.assign_attrs(answer=text), solution.model)
+        return replace(self, rows=[replace(self.best, solution=kept), *self.rows[1:]])
+
+    def record(self) -> dict[str, Any]:
+        """The answer beside the fit itself, as plain data."""
+        attrs, best = self.best.solution.dataset.attrs, self.best
+        validated = {name: _finite(value) for name, value in best.validated.items()}
+        found = {name: value for name, value in self.verdict._asdict().items() if name not in ("model", "grade")}
+        return {
+            "weighting": {"name": attrs["weighting"], "reason": attrs["weighting_reason"] or "it was asked for"},
+            "metric": best.metric,
+            "validated": validated | {"by": self.left_out} if validated else {},
+            "verdict": {"grade": self.verdict.grade}
+            | {name: _finite(value) for name, value in found.items()}
+            | {"words": self.verdict.words},
+            "tried": self.tried,
+            "compared_on": self.raced,
+            "contradicted": [
+                {"kind": one.kind, "theta_i": one.theta_i, "points": len(one.rows), "words": one.words}
+                for one in self.contradicted
+            ],
+        }
+
+
+def answer(
+    scan: xr.Dataset,
+    models: Sequence[Model] = (),
+    asked: Asked | None = None,
+    watch: Watch | None = None,
+    **options: Any,
+) -> Answer:
+    """The best of some models, or of the whole catalogue, for a scan; `options` are those of ProblemOptions."""
+    from gonio.models import catalogue
+
+    asked, watch = asked or Asked(), watch or Watch()
+    models = list(models or catalogue.values())
+    scan, contradicted = (scan, []) if asked.keep_all else consistent(scan)
+    problems = problems_of(scan, models, options)
+    is_race = asked.race and len(models) > 1
+    raced = [p.part(spread_rows(len(p.measured), RACED)) for p in problems] if is_race else problems
+    left_out = _left_out(raced, asked.left_out)
+    with crew(asked.workers) as shared:
+        looks: dict[int, float] = {}
+        for place, error in shared(first_look, raced) if is_race else ():
+            looks[place] = error
+            watch.progress(LOOKED * len(looks) / len(models), models[place].name)
+        places = worth_fitting(looks) if is_race else list(range(len(models)))
+        rows: list[Row] = []
+        work = functools.partial(assessed, solver=asked.solver, left_out=left_out, covariance=asked.covariance)
+        for _, row in shared(work, [raced[k] for k in sorted(places, key=lambda k: -len(problems[k].free_shape))]):
+            rows.append(row)
+            watch.fitted(row)
+            watch.progress(LOOKED + (RAN - LOOKED) * len(rows) / len(places), row.model.name)
+    rows = ordered(rows, asked.by) if left_out or asked.by or not is_race else sorted(rows, key=_unvalidated)
+    problem = next(p for p in problems if p.model.name == rows[0].model.name)
+    if len(raced[0].measured) < len(problem.measured):
+        rows[0] = _of_all(problem, rows[0], asked)
+    dropped = {models[k].name: looks[k] for k in sorted(looks, key=lambda k: looks[k]) if k not in places}
+    found = Answer(
+        rows, problem, verdict(rows[0], problem.points), dropped, len(raced[0].measured), left_out, contradicted
+    )
+    return found.with_record()
+
+
+def _unvalidated(row: Row) -> float:
+    """By what models are ranked where nothing can be left out: AICc, which counts the values that a fit had."""
+    return row.aicc if math.isfinite(row.aicc) else math.inf
+
+
+def _of_all(problem: Problem, raced: Row, asked: Asked) -> Row:
+    """The row of a model fitted to all points, validated on all where they are not too many, else as it was raced."""
+    whole = len(problem.measured) <= VALIDATED
+    row = assessed(problem, asked.solver, raced.left_out if whole else "", asked.covariance)
+    if whole or not raced.validated:
+        return row
+    return validate(problem.part(spread_rows(len(problem.measured), RACED)), row, raced.left_out)
+
+
+def _left_out(problems: Sequence[Problem], asked: str) -> str:
+    """What is left out in turn, or nothing where the scan has no two parts that predict each other."""
+    if asked == NOTHING:
+        return ""
+    if asked != AUTO:
+        return asked
+    points = problems[0].points
+    by_incidence = any("theta_i" in entry.by for problem in problems for entry in problem.free)
+    if len(np.unique(points["theta_i"].values)) >= FEWEST_ANGLES and not by_incidence:
+        return "theta_i"
+    try:
+        folds(points, BLOCKS)
+    except ValueError:
+        return ""
+    return BLOCKS
+
+
+def fit(
+    problem: Problem | xr.Dataset,
+    model: Model | str | Sequence[Model | str] = (),
+    *,
+    solver: Solver | None = None,
+    progress: Progress = silent,
+    covariance: str = DEFAULT,
+    asked: Asked | None = None,
+    **options: Any,
+) -> Solution:
+    """The fit of a problem, or the best fit of a scan.
+
+    problem: a Problem, whose values of least E are found (`gonio.fitting.fit`); or a scan. Of a scan the whole
+    catalogue is tried, or `model` (a name, a Model or several of them), under the weighting that the data ask for, and
+    ranked by what each predicts at directions that its fit was not shown; `solution.answer` has the verdict.
+
+        gonio.fit(scan)
+        gonio.fit(scan, "ggx", held={"index": 1.5})
+
+    asked: how the best of several models is looked for. options: those of a Problem, for a scan. Raises ValueError for
+    options beside a Problem, which has its own, and for a name that is no model's; and as `gonio.fitting.fit` does.
+    """
+    if isinstance(problem, Problem):
+        if model or options or asked:
+            raise ValueError(
+                "a Problem has its model and its options already: give them to the Problem, or give a scan"
+            )
+        return fitting.fit(problem, solver, progress, covariance)
+    asked = replace(asked or Asked(), covariance=covariance, solver=solver)
+    watch = Watch(lambda fraction, what: progress(fraction))
+    return answer(problem, _models(model), asked, watch, **options).best.solution
+
+
+def _models(asked: Model | str | Sequence[Model | str]) -> list[Model]:
+    from gonio.models import catalogue
+
+    some = [asked] if isinstance(asked, Model | str) else asked
+    return [catalogue[one] if isinstance(one, str) else one for one in some]

@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 
 from gonio.outside import printable
-from gonio.portable import give_usual_rights
 from gonio.processes.ending import unbroken, undone
+from gonio.processes.portable import give_usual_rights
 
 PAUSE = 0.2  # s that a folder is kept from being made again by threads that still write into it
 

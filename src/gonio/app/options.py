@@ -140,7 +140,7 @@ def chosen_models(names: str) -> "list[Model]":
 
 def processes(asked: int, models: int) -> int:
     """The number of processes: what was asked for, or for 0 every core that this many models keep busy."""
-    from gonio.portable import cores
+    from gonio.processes.portable import cores
 
     return asked or max(min(cores(), models // MODELS_A_WORKER), 1)
 

@@ -18,11 +18,13 @@ def app() -> None:
     """The command that the arguments of the program name."""
     from gonio.app.program import app as commands
 
-    commands()
+    commands(prog_name="gonio")
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    _complain(str(message))
+    from gonio.app import talk
+
+    talk.tell(f"gonio: {message}")
 
 
 def _complain(message: str) -> None:

@@ -1,6 +1,7 @@
 """Several models fitted to one scan, the best first, and the reductions of error in the paper's tables."""
 
 import functools
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -59,6 +60,7 @@ def compare(
     for index, row in results(work, [problems[k] for k in longest], workers):
         assessed[longest[index]] = row
         progress(len(assessed) / len(models))
+        logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(assessed), len(models))
     rows = [assessed[k] for k in range(len(models))]
     return _ordered(rows, (lambda row: row.validated["log10_rmse"]) if left_out else (lambda row: row.metrics[by]))
 

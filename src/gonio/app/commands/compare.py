@@ -1,27 +1,50 @@
 """`gonio compare`: several models fitted to scans, and ranked."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from gonio import compare
-from gonio.app.options import OutputOptions, ScanOptions, Scans, chosen_models, processes
+from gonio.app.help_page import Example
+from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models, processes
 from gonio.app.output import progress_bar
 from gonio.app.views import ranking
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
-from gonio.options import Option, one_of
+from gonio.options import Option, Panel, one_of
+
+EXAMPLES = (
+    Example("gonio compare scan.csv", "Rank the models of the paper"),
+    Example(
+        "gonio compare scan.csv --models ggx,ward,gonio-best --weighting log", "Rank models where the wings matter"
+    ),
+    Example(
+        "gonio compare scan.csv --models lambert,ggx --validate theta_i",
+        "Rank by the error at incidence angles that the fit was not shown",
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RankingOptions:
     """Which models are ranked, and by what."""
 
-    models: Annotated[str, Option("names, family (the paper's) or all", metavar="A,B")] = "family"
-    rank: Annotated[str, Option(one_of(METRICS))] = "E"
-    by_incidence: Annotated[bool, Option("nRMSE at each incidence angle too")] = False
-    validate: Annotated[str, Option("rank by what is left out: theta_i, out-of-plane, 5 (blocks)", metavar="BY")] = ""
-    workers: Annotated[int, Option("processes that share the models; 0: as many as pay off", metavar="N")] = 0
+    PANEL: ClassVar = Panel.RANKING
+    models: ModelNames = "family"
+    rank: Annotated[str, Option(f"error that orders the models: {one_of(METRICS)}", names=tuple(METRICS))] = "E"
+    by_incidence: Annotated[bool, Option("also print the nRMSE at each incidence angle")] = False
+    validate: Annotated[
+        str,
+        Option(
+            "fit again without some points and rank by the error there: theta_i (each incidence angle in turn), "
+            "out-of-plane, or a number of blocks such as 5",
+            metavar="BY",
+            names=("theta_i", "out-of-plane"),
+        ),
+    ] = ""
+    workers: Annotated[
+        int, Option("number of processes that share the models; 0 chooses it", panel=Panel.SOLVER, lowest=0)
+    ] = 0
 
 
 def command(

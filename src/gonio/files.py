@@ -110,7 +110,7 @@ def temporary_folder(beside: Path | None = None) -> Iterator[Path]:
     """A new hidden folder, where the system keeps temporary ones or in a folder, removed at the end."""
     with ExitStack() as stack:
         with unbroken():
-            path = Path(tempfile.mkdtemp(dir=beside, prefix=".gonio-"))
+            path = Path(tempfile.mkdtemp(dir=beside, prefix=TEMPORARY))
             stack.enter_context(undone(partial(_remove, path)))
         yield path
 

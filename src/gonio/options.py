@@ -74,7 +74,8 @@ class Option:
     def within(self, value: float, flag: str) -> float:
         """The number; ValueError with the flag and the remedy where it is not finite or beyond the bounds."""
         if not (math.isfinite(value) and self.lowest <= value <= self.highest and value > self.above):
-            raise ValueError(f"{flag} is {value:g}: give {self.range or 'a finite number'}")
+            words = "a number from " * (" to " in self.range) + "a number " * self.range.startswith("above")
+            raise ValueError(f"{flag} is {value:g}: give {words}{self.range or 'a finite number'}")
         return value
 
     def completed(self, incomplete: str) -> list[str]:

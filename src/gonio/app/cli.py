@@ -41,6 +41,7 @@ def main() -> None:
     program calls this function that is not `gonio` itself, signals are that program's.
     """
     if _is_the_program() and not os.environ.get(TRACE):
+        os.environ.setdefault("PYTHONWARNINGS", "ignore")  # of worker processes, whose filters are their own
         listen()
     if not os.environ.get(TRACE):
         # Those of NumPy, SciPy or Matplotlib name lines of code. What the user must know, gonio says in its own words.

@@ -32,6 +32,11 @@ EXIT_CODES = (
     ExitCode("130", "stopped by Ctrl-C; any other signal gives 128 and its number"),
 )
 
+ENVIRONMENT = (
+    ("GONIO_DATA", "the folder of files that gonio fetch has fetched"),
+    ("GONIO_TRACEBACK", "set to 1, an error is shown with the lines of code that it came from"),
+)
+
 
 def sections(command: Any, ctx: Any) -> Iterable[tuple[str, list[tuple[str, str]]]]:
     """The arguments, then the options by their panels: each title with pairs of what is typed and what it means."""

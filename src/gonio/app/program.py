@@ -26,7 +26,7 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 EXAMPLES = (
     Example("gonio info scan.csv", "See what a file holds and whether something is wrong with it"),
     Example("gonio compare scan.csv", "Fit the models of the paper to a scan and rank them"),
-    Example("gonio fit scan.csv --model ggx --out results", "Fit one model and keep values, uncertainties and figures"),
+    Example("gonio fit scan.csv --model ggx", "Fit one model: its values, how sure they are, how well it fits"),
     Example("gonio fit --help", "Learn more about one command"),
 )
 SETTINGS: dict[str, Any] = {

@@ -1,6 +1,7 @@
 """`gonio compare`: several models fitted to scans, and ranked."""
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Annotated, ClassVar
 
 from gonio import compare
@@ -8,6 +9,7 @@ from gonio.app.help_page import Example
 from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models, processes
 from gonio.app.output import progress_bar
 from gonio.app.views import ranking
+from gonio.app.views.legend import legend
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
@@ -75,4 +77,5 @@ def command(
             )
             rankings.append((path, rows))
     lines = (line for path, rows in rankings for line in ranking.lines(path, rows, ranked.by_incidence))
-    output.show([ranking.record(path, rows) for path, rows in rankings], lines)
+    meanings = legend([rows for _, rows in rankings])
+    output.show([ranking.record(path, rows) for path, rows in rankings], chain(lines, meanings))

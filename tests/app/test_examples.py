@@ -100,7 +100,7 @@ def prepare(line, folder, monkeypatch):
         pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
         monkeypatch.setattr("gonio.fitting.stack.cluster.connected", _here)
         monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", _one_after_another)
-        write_stack(folder / "wafers.zarr", {"sample": 4})
+        write_stack(folder / "stack.zarr", {"sample": 4})
     elif command == "fit":
         shutil.rmtree(folder / "results")
     elif " coating.bsdf --to" in line:

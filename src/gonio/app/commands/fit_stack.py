@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     Example(
-        "gonio fit-stack wafers.zarr --model lambert --out fits.zarr",
+        "gonio fit-stack stack.zarr --model lambert --out fits.zarr",
         "Fit every scan; the same line goes on after a crash",
     ),
     Example(
-        "gonio fit-stack wafers.zarr --model lambert --out fits32.zarr --precision float32 --block 500",
-        "In single precision, 500 scans at a time",
+        "gonio fit-stack stack.zarr --model lambert --out f.zarr --precision float32",
+        "In single precision",
     ),
     Example(
-        "gonio fit-stack wafers.zarr --model lambert --weighting relative --out fits.zarr --workers 2 --force",
-        "Start anew with other options, on two cores",
+        "gonio fit-stack stack.zarr --model lambert --out fits.zarr --workers 2 --force",
+        "Start anew, on two cores",
     ),
 )
 

@@ -35,8 +35,8 @@ EXAMPLES = (
         "In single precision",
     ),
     Example(
-        "gonio fit-stack stack.zarr --model lambert --out fits.zarr --workers 2 --force",
-        "Start anew, on two cores",
+        "gonio fit-stack stack.zarr --model lambert --out fits.zarr --force",
+        "Start anew, whatever is there",
     ),
 )
 

@@ -62,7 +62,7 @@ def test_a_legend_stands_once_below_several_scans(run, scan, tmp_path):
     other.write_bytes(scan.read_bytes())
     _, out, _ = run("compare", scan, other, "--models", "lambert,torrance-sparrow")
     assert out.count("free: ") == 1
-    assert out.rindex(" model ") < out.index("free: ")
+    assert out.rindex("\n model ") < out.index("free: ")
 
 
 def test_two_points_print_no_nan(run, tmp_path):

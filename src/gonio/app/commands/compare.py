@@ -6,10 +6,10 @@ from typing import Annotated, ClassVar
 
 from gonio import compare
 from gonio.app.help_page import Example
+from gonio.app.legend import legend
 from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models, processes
 from gonio.app.output import progress_bar
 from gonio.app.views import ranking
-from gonio.app.views.legend import legend
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gonio.app.legend import mark, marks_in_words
 from gonio.app.output import figure, table
 from gonio.app.views.fit import provisos
 from gonio.app.views.judged import judged_lines, judged_record
-from gonio.app.views.legend import mark, marks_in_words
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -58,7 +58,7 @@ def _metrics(rankings: Sequence[Sequence["Row"]]) -> Iterator[str]:
     for short in dict.fromkeys(name for rows in rankings for name in reference_errors(rows)):
         models = REFERENCES[short]
         which = f"the better of {' and '.join(models)}" if len(models) > 1 else models[0]
-        yield f"vs {short}: nRMSE below (+) or above (-) that of {which}"
+        yield f"vs {short}: nRMSE below (+) or above (-) {which}"
 
 
 def _has_dash(rankings: Sequence[Sequence["Row"]]) -> bool:

@@ -4,13 +4,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE
+SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE docs/gonio.1
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 # Python compiles a module when it is first imported; compiling all that is installed takes most of a minute.
 INSTALL := $(PIP) install --no-compile
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help demo test check format docs lock clean
+.PHONY: help demo test check format docs screens lock clean
 
 help: ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1: /p' $(firstword $(MAKEFILE_LIST))
@@ -36,6 +36,9 @@ format: $(VENV)/.test ## formats every file
 docs: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations and of measured results
 	for page in docs/pages/[a-z]*.py; do $(THREADS) PYTHONPATH=docs/pages:benchmarks $(BIN)/python $$page || exit 1; done
 	$(BIN)/ruff format -q docs
+
+screens: $(VENV)/.test $(VENV)/.gonio ## the screens that tests compare with, anew: look at what git shows of them
+	GONIO_RENEW_SCREENS=1 $(THREADS) $(BIN)/python -m pytest -q tests/app/test_screens.py
 
 clean: ## takes away everything that was made
 	rm -rf $(VENV) .venv-* demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -23,7 +23,7 @@ from figures import machine
 from gonio import Geometry, Problem, catalogue, read, write
 from gonio.fitting import fit
 from gonio.measured.coordinates import grid
-from gonio.portable import cores
+from gonio.processes.portable import cores
 
 RECORD = Path(__file__).resolve().parent / "big.json"
 BOUND = ("lambert", "torrance-sparrow", "ward", "cauchy-lorentz")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from figures import machine
-from gonio.portable import cores
+from gonio.processes.portable import cores
 
 HERE = Path(__file__).resolve().parent
 RECORD = HERE / "compare_all.json"

@@ -24,8 +24,8 @@ import xarray as xr
 
 from gonio import Geometry, catalogue
 from gonio.measured.dataset import make_scan
-from gonio.portable import cores
 from gonio.processes import THREADS
+from gonio.processes.portable import cores
 
 SCANS, CHUNK = 200_000, 2_000
 THETA_I = (30.0, 45.0, 60.0)

@@ -16,7 +16,7 @@ import numpy as np
 from figures import Figure, Timed, paired
 from gonio import catalogue
 from gonio.evaluation import evaluate
-from gonio.portable import cores
+from gonio.processes.portable import cores
 
 PAIRS = 10_000_000
 ROUGHNESS, INDEX, EXTINCTION = 0.3, 1.5, 3.0

@@ -20,7 +20,7 @@ from big import GONIO, measured
 from figures import machine
 from gonio import write
 from gonio.measured.dataset import make_scan
-from gonio.portable import cores
+from gonio.processes.portable import cores
 
 RECORD = Path(__file__).resolve().parent / "hyperspectral.json"
 SECONDS, MEGABYTES = 60.0, 2000.0

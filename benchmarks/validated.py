@@ -22,7 +22,7 @@ from gonio.comparison.metrics import metrics
 from gonio.comparison.ranking import compare
 from gonio.fitting import fit
 from gonio.fitting.certainty.hold_out import predictions
-from gonio.portable import cores
+from gonio.processes.portable import cores
 from surfaces import DATA, surfaces
 
 HERE = Path(__file__).resolve().parent

@@ -97,7 +97,9 @@ def test_a_ranking_states_what_its_metric_left_out():
     assert {name: one["floored"] for name, one in told.items()} == floored
     shown = ranking.ranking_table("scan", rows)
     assert list(next(c for c in shown.columns if c.header == "floored").cells) == [str(n) for n in floored.values()]
-    assert "lg RMSE takes models below 0.001 sr⁻¹ as that: floored" in shown.caption
+    assert "floored: how many values of the model lie below 0.001 sr⁻¹ and count as that in lg RMSE" in list(
+        ranking.notes(rows)
+    )
 
 
 def test_what_the_data_do_not_allow_is_nan():

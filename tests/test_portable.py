@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gonio import catalogue, simulate, write
-from gonio.portable import available_memory, cores, give_usual_rights, peak_megabytes, synchronise
+from gonio.processes.portable import available_memory, cores, give_usual_rights, peak_megabytes, synchronise
 
 ABSENT = ("fcntl", "grp", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")  # none is on Windows
 # What Python runs first when it starts: the modules are as absent as elsewhere, and so are the functions of `os` and

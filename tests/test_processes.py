@@ -12,8 +12,8 @@ import pytest
 
 from gonio import Model, catalogue, simulate
 from gonio.comparison.ranking import compare
-from gonio.portable import cores
 from gonio.processes import THREADS, results
+from gonio.processes.portable import cores
 
 NAMES = ("lambert", "torrance-sparrow", "cauchy-lorentz", "sgd")
 

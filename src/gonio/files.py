@@ -1,5 +1,6 @@
 """Files: the error that names the place of a fault, and writing to a temporary name that is then renamed."""
 
+import logging
 import os
 import shutil
 import tempfile
@@ -10,9 +11,10 @@ from functools import partial
 from pathlib import Path
 
 from gonio.outside import printable
-from gonio.portable import give_usual_rights
 from gonio.processes.ending import unbroken, undone
+from gonio.processes.portable import give_usual_rights
 
+TEMPORARY = ".gonio-"  # how the names of temporary files begin
 PAUSE = 0.2  # s that a folder is kept from being made again by threads that still write into it
 
 
@@ -83,6 +85,13 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
         hidden.append(temporary)
         yield temporary
         _settle(temporary, final, is_special)
+    _log_written(path)
+
+
+def _log_written(path: Path) -> None:
+    """Tell `logging` of what has its name now; not of what lies in a temporary folder."""
+    if not any(part.startswith(TEMPORARY) for part in path.parts):
+        logging.getLogger(__name__).info("wrote %s", path)
 
 
 @contextmanager
@@ -90,7 +99,7 @@ def _temporary_file(folder: Path, suffix: str) -> Iterator[Path]:
     """A new hidden file in a folder, removed at the end with whatever took its place."""
     with ExitStack() as stack:
         with unbroken():
-            handle, name = tempfile.mkstemp(dir=folder, prefix=".gonio-", suffix=suffix)
+            handle, name = tempfile.mkstemp(dir=folder, prefix=TEMPORARY, suffix=suffix)
             os.close(handle)
             stack.enter_context(undone(partial(_remove, Path(name))))
         yield Path(name)
@@ -101,7 +110,7 @@ def temporary_folder(beside: Path | None = None) -> Iterator[Path]:
     """A new hidden folder, where the system keeps temporary ones or in a folder, removed at the end."""
     with ExitStack() as stack:
         with unbroken():
-            path = Path(tempfile.mkdtemp(dir=beside, prefix=".gonio-"))
+            path = Path(tempfile.mkdtemp(dir=beside, prefix=TEMPORARY))
             stack.enter_context(undone(partial(_remove, path)))
         yield path
 
@@ -183,6 +192,7 @@ def filling(folder: Path, force: bool = False) -> Iterator[Path]:
             else:
                 give_usual_rights(temporary)
                 temporary.replace(folder)
+    _log_written(folder)
 
 
 def _replace_by_directory(temporary: Path, path: Path) -> None:

@@ -403,7 +403,7 @@ def test_bad_input_is_one_line_and_exit_code_1(run, tmp_path, monkeypatch, case,
         (("fit", "SCAN", "--model", "lambert", "--select", "channel=R"), "no coordinate 'channel'"),
         (("fit", "SCAN", "--model", "lambert", "--bound", "rho=1"), "lower:upper"),
         (("fit", "SCAN", "--model", "lambert", "--weighting", "loud"), "uniform, relative"),
-        (("compare", "SCAN", "--workers", "-1"), "at least 1, and is -1"),
+        (("compare", "SCAN", "--workers", "-1"), "--workers is -1: give 0 or more"),
         (("fit", "SCAN", "--model", "lambert", "--covariance", "bayes"), "robust, scaled, absolute"),
         (("fit", "SCAN", "--model", "lambert", "--bootstrap", "3"), "at least 20"),
         (("fit", "SCAN", "--model", "lambert", "--bootstrap", "50", "--resample", "x"), "residual, pairs"),
@@ -568,7 +568,7 @@ def test_an_instrument_is_folded_in(run, tmp_path):
     assert run("plot", path, "--models", "torrance-sparrow", *cones, "--out", tmp_path / "f.png")[0] == 0
     code, _, err = run("fit", path, "--model", "ggx", "--source-half-angle", 45)
     assert code != 0
-    assert "source_half_angle is 45: give degrees from 0 to 30" in err
+    assert "--source-half-angle is 45: give a number from 0 to 30" in err
 
 
 def test_a_noise_floor_keeps_negative_values(run, tmp_path):

@@ -17,12 +17,12 @@ def here(tmp_path, monkeypatch):
 
 
 REFUSED = {
-    "fit s.csv --model lambert --blocked -3": "blocked is -3: give an angle from 0 to 180 deg",
-    "fit s.csv --model lambert --blocked nan": "blocked is nan: give an angle from 0 to 180 deg",
-    "compare s.csv --models lambert --blocked -3": "blocked is -3: give an angle from 0 to 180 deg",
-    "plot s.csv --models lambert --blocked 400": "blocked is 400: give an angle from 0 to 180 deg",
-    "convert s.csv t.nc --blocked -0.1": "blocked is -0.1: give an angle from 0 to 180 deg",
-    "fit s.csv --model lambert --seed -1": "the seed is -1: give zero or more",
+    "fit s.csv --model lambert --blocked -3": "--blocked is -3: give a number from 0 to 180",
+    "fit s.csv --model lambert --blocked nan": "--blocked is nan: give a number from 0 to 180",
+    "compare s.csv --models lambert --blocked -3": "--blocked is -3: give a number from 0 to 180",
+    "plot s.csv --models lambert --blocked 400": "--blocked is 400: give a number from 0 to 180",
+    "convert s.csv t.nc --blocked -0.1": "--blocked is -0.1: give a number from 0 to 180",
+    "fit s.csv --model lambert --seed -1": "--seed is -1: give 0 or more",
     "fit s.csv --model lambert --setting searches=1.5": "the setting searches is a whole number, and is 1.5",
     "compare s.csv --models ,": "--models names no model: there is nothing to compare",
     "plot s.csv --models lambert --out x.jpg": "x.jpg: figures are written as .png and .svg, not .jpg",

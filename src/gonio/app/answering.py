@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from gonio.app.options import processes
 from gonio.app.output import figure, progress_bar
@@ -11,7 +11,7 @@ from gonio.comparison.answer import NOTHING, Asked, Watch
 from gonio.comparison.assessment import Row
 from gonio.comparison.ranking import ordered
 from gonio.fitting.objective.automatic import AUTO
-from gonio.options import Option
+from gonio.options import Option, Panel
 from gonio.processes.ending import last_words
 
 
@@ -19,15 +19,20 @@ from gonio.processes.ending import last_words
 class AnswerOptions:
     """What models are judged by, and which values take part."""
 
+    PANEL: ClassVar = Panel.RANKING
     validate: Annotated[
         str,
         Option(
-            f"what is left out in turn to judge a model: {AUTO}, theta_i, out-of-plane, 5 (parts) or {NOTHING}",
+            "fit again without some points and judge the model there: theta_i (each incidence angle in turn), "
+            f"out-of-plane, a number of parts such as 5, {AUTO}, or {NOTHING}",
             metavar="BY",
+            names=(AUTO, "theta_i", "out-of-plane", NOTHING),
         ),
     ] = AUTO
-    keep_all: Annotated[bool, Option("fit values that the rest of the scan contradicts, too")] = False
-    workers: Annotated[int, Option("processes that share the models; 0: as many as pay off", metavar="N")] = 0
+    keep_all: Annotated[bool, Option("also fit values that the rest of the scan contradicts", panel=Panel.DATA)] = False
+    workers: Annotated[
+        int, Option("number of processes that share the models; 0 chooses it", panel=Panel.SOLVER, lowest=0)
+    ] = 0
 
     def asked(self, models: int, **others: Any) -> Asked:
         """The same for the functions that answer."""

@@ -18,11 +18,13 @@ def app() -> None:
     """The command that the arguments of the program name."""
     from gonio.app.program import app as commands
 
-    commands()
+    commands(prog_name="gonio")
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    _complain(str(message))
+    from gonio.app import talk
+
+    talk.tell(f"gonio: {message}")
 
 
 def _complain(message: str) -> None:
@@ -39,6 +41,7 @@ def main() -> None:
     program calls this function that is not `gonio` itself, signals are that program's.
     """
     if _is_the_program() and not os.environ.get(TRACE):
+        os.environ.setdefault("PYTHONWARNINGS", "ignore")  # of worker processes, whose filters are their own
         listen()
     if not os.environ.get(TRACE):
         # Those of NumPy, SciPy or Matplotlib name lines of code. What the user must know, gonio says in its own words.

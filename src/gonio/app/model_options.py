@@ -1,11 +1,11 @@
 """The options of commands that take a model with values given by hand."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from gonio.app import arguments
+from gonio.app import arguments, names
 from gonio.fitting.objective.options import MaterialName, MaterialWavelength
-from gonio.options import Option
+from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
     from gonio.app.views.evaluation import EvaluatedModel
@@ -15,7 +15,14 @@ if TYPE_CHECKING:
 class ValueOptions:
     """Values of a model: weights and shape by name, optical constants of a material."""
 
-    set: Annotated[tuple[str, ...], Option("weights (0 if left out) and shape (default)", metavar="NAME=VALUE")] = ()
+    PANEL: ClassVar = Panel.MODEL
+    set: Annotated[
+        tuple[str, ...],
+        Option(
+            "value of a parameter: ks=0.4; without it a weight is 0, a shape parameter at its default",
+            metavar="NAME=VALUE",
+        ),
+    ] = ()
     material: MaterialName = ""
     wavelength: MaterialWavelength = None
 
@@ -28,7 +35,9 @@ class ValueOptions:
 class SurfaceOptions(ValueOptions):
     """The same, or the constants that a paper prints."""
 
-    published: Annotated[str, Option("constants of a paper: Al, Cu, ..", metavar="NAME")] = ""
+    published: Annotated[
+        str, Option("values that a paper prints for a surface, such as Al or Cu", metavar="NAME", names=names.surfaces)
+    ] = ""
 
     def of(self, model: str) -> "EvaluatedModel":
         """The model of that name with these values."""

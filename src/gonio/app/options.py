@@ -1,20 +1,19 @@
-"""What several commands share: groups of options as dataclasses, and the decorator that makes flags of their fields.
+"""What several commands share: groups of options as dataclasses.
 
-A command takes a dataclass as one argument; on the command line each of its fields that has an Option is a flag. So an
-option is declared once, in the dataclass, whatever the number of commands that have it.
+A command takes a dataclass as one argument; on the command line each of its fields that has an Option is a flag
+(`gonio.app.flags`). So an option is declared once, in the dataclass, whatever the number of commands that have it.
 """
 
-import functools
-import inspect
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from gonio.app import arguments
-from gonio.options import Option, declared
+from gonio.app.names import formats_written, models, models_or_groups
+from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,29 +23,62 @@ if TYPE_CHECKING:
 NO_PIPES = "files, not pipes or -"  # which formats cannot be recognised in, as a file is opened more than once
 Scan = Annotated[
     Path,
-    typer.Argument(help=f"a measured scan, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
+    typer.Argument(
+        metavar="FILE", help=f"a measured scan, in any format of `gonio formats` ({NO_PIPES})", show_default=False
+    ),
 ]
 Scans = Annotated[
     list[Path],
-    typer.Argument(help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
-]
-ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
-Models = Annotated[
-    str,
-    typer.Option(
-        "--model",
-        metavar="A,B",
-        help="models of `gonio models`, family (the paper's) or all; else the best of all",
-        show_default=False,
+    typer.Argument(
+        metavar="FILE", help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False
     ),
 ]
-ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
-To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
+ModelName = Annotated[
+    str, Option("the model to fit, one of `gonio models`", "--model", "MODEL", panel=Panel.MODEL, names=models)
+]
+ModelArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="a model of `gonio models`",
+        show_default=False,
+        autocompletion=Option("", names=models).completed,
+    ),
+]
+To = Annotated[
+    str,
+    Option(
+        "format to write, one of `gonio formats`; without it that of the suffix",
+        metavar="FORMAT",
+        panel=Panel.OUTPUT,
+        names=formats_written,
+    ),
+]
+Force = Annotated[bool, Option("overwrite files that exist", panel=Panel.OUTPUT)]
+Select = Annotated[
+    Mapping[str, str],
+    Option("use one channel, wavelength or scan only: channel=R", metavar="COORD=VALUE", panel=Panel.DATA),
+]
+ModelNames = Annotated[
+    str,
+    Option(
+        "models to fit: names with commas, family (those of the paper) or all",
+        metavar="A,B|family|all",
+        panel=Panel.MODEL,
+        names=models_or_groups,
+    ),
+]
+Models = Annotated[
+    str,
+    Option(
+        "fit this model, or the best of several; without it the best of all",
+        "--model",
+        metavar="A,B|family|all",
+        panel=Panel.MODEL,
+        names=models_or_groups,
+    ),
+]
 
-Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]
-Select = Annotated[list[str], typer.Option("--select", metavar="COORD=VALUE", help="one channel or wavelength")]
-
-MOST_CHARACTERS = 1000  # of a text that may be the name of a file
 MODELS_A_WORKER = 8  # fewer are fitted before another process has started
 
 
@@ -54,8 +86,11 @@ MODELS_A_WORKER = 8  # fewer are fitted before another process has started
 class OutputOptions:
     """What a command prints, and whether it may write over what is there."""
 
-    json: Annotated[str, Option("write JSON to a file, or to standard output", metavar="FILE|-")] = ""
-    force: Annotated[bool, Option("overwrite what is there")] = False
+    PANEL: ClassVar = Panel.OUTPUT
+    json: Annotated[
+        str, Option("write the results as JSON to a file, or for - to standard output", metavar="FILE|-")
+    ] = ""
+    force: Force = False
 
     def show(self, record: Any, parts: Iterable[Any]) -> None:
         """The record as JSON where that is asked for, and the parts for people unless JSON goes to standard output."""
@@ -72,8 +107,9 @@ class OutputOptions:
 class FigureOptions:
     """Where a figure goes, and whether it may be written over what is there."""
 
-    out: Annotated[str, Option(".png, .svg, or a name for both", metavar="FILE")] = ""
-    force: Annotated[bool, Option("overwrite what is there")] = False
+    PANEL: ClassVar = Panel.OUTPUT
+    out: Annotated[str, Option("file of the figure: NAME.png, NAME.svg, or NAME alone for both", metavar="FILE")] = ""
+    force: Force = False
 
     def save(self, figure: Any, name: str) -> None:
         """Write the figure, under `name` where no place is given, and say where it is."""
@@ -89,11 +125,18 @@ class FigureOptions:
 class ScanOptions:
     """Which part of a scan is used."""
 
-    blocked: Annotated[float, Option("mask directions this near to the beam", metavar="DEG")] = 0.0
-    floor: Annotated[str, Option("mask values below this noise floor", metavar="VALUE")] = ""
-    select: Annotated[Mapping[str, str], Option("one channel or wavelength", metavar="COORD=VALUE")] = field(
-        default_factory=dict
-    )
+    PANEL: ClassVar = Panel.DATA
+    blocked: Annotated[
+        float,
+        Option(
+            "leave out directions nearer than this to the incident beam, where the detector stands in it",
+            metavar="DEG",
+            lowest=0,
+            highest=180,
+        ),
+    ] = 0.0
+    floor: Annotated[str, Option("leave out values below this noise floor", metavar="VALUE")] = ""
+    select: Select = field(default_factory=dict)
 
     def read(self, path: Path, findings: bool = True) -> "xr.Dataset":
         """A scan masked and reduced as asked.
@@ -149,134 +192,6 @@ def chosen_models(names: str) -> "list[Model]":
 
 def processes(asked: int, models: int) -> int:
     """The number of processes: what was asked for, or for 0 every core that this many models keep busy."""
-    from gonio.portable import cores
+    from gonio.processes.portable import cores
 
     return asked or max(min(cores(), models // MODELS_A_WORKER), 1)
-
-
-class _Flag(NamedTuple):
-    """One field of a dataclass as a flag: its name, its type as Typer reads it, its default, how text is read."""
-
-    name: str
-    annotation: Any
-    default: Any
-    value: Callable[[Any], Any]
-
-
-OUTPUTS = ("out", "json")  # the flags and arguments of all commands that name what is written
-
-
-STANDARD_STREAM = "-"
-
-
-def refuse_standard_streams(given: Mapping[str, Any]) -> None:
-    """ValueError where `-` stands for a file: only JSON goes to standard output, and nothing is read from input.
-
-    given: the values of the command line by name.
-    """
-    for name, value in given.items():
-        named = value if isinstance(value, list | tuple) else [value]
-        if name != "json" and any(str(one) == STANDARD_STREAM for one in named):
-            if name == "out":
-                raise ValueError("the output is '-', and only --json writes to standard output: name a file")
-            raise ValueError("'-' is no file, and gonio reads no standard input: save what it holds as a file first")
-
-
-def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> None:
-    """ValueError where what a command writes is what it reads, or lies inside or around it, whatever --force says.
-
-    FileNotFoundError where it would lie in a folder that is not there. Both are told before the work is done.
-    given: the values of the command line by name. in_place: the argument that an output may be, where a command
-    changes a file.
-    """
-    from gonio.files import refuse_no_folder, refuse_overlap
-
-    outputs = {name: given[name] for name in OUTPUTS if given.get(name) and str(given[name]) != "-"}
-    read = {name: _paths(value) for name, value in given.items() if name not in OUTPUTS}
-    for name, target in outputs.items():
-        # The name of a figure may come without its suffix.
-        for path in (Path(str(target) + suffix) for suffix in ("", ".png", ".svg")):
-            inputs = [p for other, some in read.items() for p in some if other != in_place or not _are_one(p, path)]
-            refuse_overlap(path, inputs)
-        for other, second in outputs.items():
-            if other < name and Path(second).resolve() == Path(target).resolve():
-                raise ValueError(f"--{other} and --{name} both name {target}: give two names")
-        refuse_no_folder(Path(target))
-
-
-def _are_one(path: Path, other: Path) -> bool:
-    return path.resolve() == other.resolve()
-
-
-def _paths(value: Any) -> list[Path]:
-    """What a value of the command line names that is there: a file may be given where a name may stand."""
-    texts = value if isinstance(value, list | tuple) else [value]
-    paths = [Path(text) for text in texts if isinstance(text, str | Path) and str(text)]
-    return [path for path in paths if len(str(path)) < MOST_CHARACTERS and path.exists()]
-
-
-def with_options(command: Callable[..., None], in_place: str = "") -> Callable[..., None]:
-    """The command with a flag for each Option of the dataclasses that are its arguments.
-
-    in_place: the argument that the output of the command may be.
-    """
-    hints = get_type_hints(command, include_extras=True)
-    signature, groups, parameters = inspect.signature(command), {}, []
-    for name, parameter in signature.parameters.items():
-        if is_dataclass(hints[name]):
-            groups[name] = flags = list(_flags(hints[name]))
-            parameters += [_parameter(flag.name, flag.annotation, flag.default) for flag in flags]
-        else:
-            parameters.append(_parameter(name, hints[name], parameter.default))
-
-    @functools.wraps(command)
-    def call(**given: Any) -> None:
-        refuse_standard_streams(given)
-        refuse_to_overwrite_inputs(given, in_place)
-        built = {
-            name: _built(hints[name], {f.name: f.value(given.pop(f.name)) for f in flags})
-            for name, flags in groups.items()
-        }
-        try:
-            command(**given, **built)
-        except EOFError as error:  # which Typer would take for the end of standard input, and say no more than Aborted
-            raise OSError(f"something ended before it was complete: {error or 'a file'}") from error
-
-    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return call
-
-
-def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
-
-
-def _flags(kind: type) -> Iterable[_Flag]:
-    """The flags of a dataclass, those of dataclasses among its fields included."""
-    for one in fields(kind):
-        of, option = declared(kind)[one.name]
-        if option is None:
-            if is_dataclass(of):
-                yield from _flags(of)  # type: ignore[arg-type]
-            continue
-        flag = option.flag_of(one.name)
-        text = arguments.TEXTS.get(of)
-        typed, read = (text.typed, functools.partial(text.read, option=flag)) if text else (of, lambda value: value)
-        default = [] if text else _default(one)
-        declaration = typer.Option(flag, metavar=option.metavar or None, help=option.help, show_default=not text)
-        yield _Flag(one.name, Annotated[typed, declaration], default, read)
-
-
-def _default(one: Field[Any]) -> Any:
-    return one.default_factory() if one.default_factory is not MISSING else one.default
-
-
-def _built(kind: Any, given: dict[str, Any]) -> Any:
-    """The dataclass from values by field, those of dataclasses among its fields included."""
-    own = {}
-    for name, (of, option) in declared(kind).items():
-        if option is not None:
-            own[name] = given[name]
-        elif is_dataclass(of):
-            own[name] = _built(of, given)
-    return kind(**own)

@@ -2,12 +2,12 @@
 
 import json
 import math
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gonio.app import talk
 from gonio.files import naming, replacing
 from gonio.outside import printable
 
@@ -41,7 +41,7 @@ def show(part: Any) -> None:
 
 def warn(path: Path, what: Any) -> None:
     """Say on standard error what a file's values mean for what comes."""
-    print(f"gonio: {printable(f'{path}: {what}')}", file=sys.stderr)
+    talk.tell(f"gonio: {path}: {what}")
 
 
 def strong(text: str, rest: str = "") -> "Text":
@@ -94,7 +94,8 @@ def progress_bar(description: str) -> Iterator[Callable[..., None]]:
 
     terminal = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+    disabled = talk.is_quiet() or not terminal.is_terminal
+    with Progress(*columns, console=terminal, transient=True, disable=disabled) as bar:
         task = bar.add_task(description, total=1.0)
 
         def done(fraction: float, what: str = "") -> None:

@@ -7,21 +7,32 @@ the numerical libraries with it.
 import ast
 import importlib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
+
+from gonio.app import talk
+from gonio.app.help_page import EXIT_CODES, Command, Example, write_examples, write_sections
+from gonio.options import Panel
 
 # The commands in the order of a day's work; each is a file of that name in `commands`.
-COMMANDS = (
-    *("info", "fit", "compare", "plot", "check", "fit-stack"),
-    *("convert", "diff", "reduce", "fetch", "formats"),
-    *("models", "eval", "draw", "materials", "demo"),
+GROUPS = {
+    "Measurements and fits": ("info", "fit", "compare", "plot", "check", "fit-stack"),
+    "Files": ("convert", "diff", "reduce", "fetch", "formats"),
+    "Models": ("models", "eval", "draw", "materials", "demo"),
+}
+COMMANDS = tuple(name for names in GROUPS.values() for name in names)
+EXAMPLES = (
+    Example("gonio info scan.csv", "See what a file holds and whether something is wrong with it"),
+    Example("gonio compare scan.csv", "Fit the models of the paper to a scan and rank them"),
+    Example("gonio fit scan.csv --model ggx", "Fit one model: its values, how sure they are, how well it fits"),
+    Example("gonio fit --help", "Learn more about one command"),
 )
 SETTINGS: dict[str, Any] = {
-    "add_completion": False,
     "pretty_exceptions_enable": False,
     "rich_markup_mode": None,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
 }
 
 
@@ -47,27 +58,62 @@ class Commands(TyperGroup):
         """One of them, None where there is none of that name."""
         if cmd_name not in COMMANDS:
             return None
-        from gonio.app.options import with_options
+        from gonio.app.flags import with_options
 
         module = importlib.import_module(f"gonio.app.commands.{_file(cmd_name).stem}")
-        alone = typer.Typer(**SETTINGS)
-        alone.command(cmd_name)(with_options(module.command, getattr(module, "IN_PLACE", "")))
-        return typer.main.get_command(alone)
+        alone = typer.Typer(add_completion=False, **SETTINGS)
+        alone.command(cmd_name, cls=Command)(with_options(module.command, getattr(module, "IN_PLACE", "")))
+        command: Any = typer.main.get_command(alone)
+        command.examples = module.EXAMPLES
+        return command
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Names and summaries, without importing anything."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, _summary(name)) for name in COMMANDS])
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Names with summaries for a shell, without importing anything."""
+        named: dict[str, Any] = {name: TyperCommand(name, help=_summary(name)) for name in COMMANDS}
+        return TyperGroup(name=self.name, commands=named, params=self.params).shell_complete(ctx, incomplete)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """The commands in groups, and the options of the program itself."""
+        for title, names in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, _summary(name)) for name in names])
+        write_sections(self, ctx, formatter)
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Examples, and what the exit codes mean."""
+        write_examples(EXAMPLES, formatter)
+        with formatter.section("Exit codes"):
+            formatter.write_dl(list(EXIT_CODES))
 
 
 app = typer.Typer(
     cls=Commands,
     help="From goniometer readings to a BRDF, the analytic model that explains it, and how sure that is.",
-    no_args_is_help=True,
+    invoke_without_command=True,
     **SETTINGS,
 )
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        import gonio
+
+        print(f"gonio {gonio.__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def _gonio() -> None:
-    """Typer makes a group of what has a callback."""
+def _gonio(
+    ctx: typer.Context,
+    verbose: talk.Verbose = False,
+    quiet: talk.Quiet = False,
+    version: Annotated[  # noqa: ARG001 - its callback answers it
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=_print_version, help="print the version", rich_help_panel=Panel.GENERAL
+        ),
+    ] = False,
+) -> None:
+    talk.choose(verbose, quiet)
+    if ctx.invoked_subcommand is None:
+        print(ctx.get_help())

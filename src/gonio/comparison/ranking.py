@@ -1,6 +1,7 @@
 """Several models fitted to one scan, the best first, and the reductions of error in the paper's tables."""
 
 import functools
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -66,6 +67,7 @@ def compare(
         done[longest[index]] = row
         fitted(row)
         progress(len(done) / len(models))
+        logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(done), len(models))
     return ordered([done[k] for k in range(len(models))], by)
 
 

@@ -13,7 +13,7 @@ from gonio.arrays import Array
 from gonio.evaluation.pairs import Pairs, Parts, Piece, components, places, probed
 from gonio.geometry import Geometry
 from gonio.model import Model
-from gonio.portable import cores
+from gonio.processes.portable import cores
 
 PART = 2**19  # pairs of NumPy arrays at once: the call costs a twentieth of the work, and a cache holds the result
 PART_ON_DEVICE = 2**24  # pairs of JAX arrays at once

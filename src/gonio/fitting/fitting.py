@@ -15,6 +15,7 @@ to which a problem with smooth parameters adds a penalty (`objective.smooth`). `
 Nothing is searched or estimated in this file itself. Fits of many scans at once are in `many`.
 """
 
+import logging
 import math
 import time
 from dataclasses import replace
@@ -90,7 +91,16 @@ def fit(
             "covariance": covariance,
         }
     )
-    return Solution(assembled(parameters.coords, columns, attributes), problem.model)
+    return _logged(Solution(assembled(parameters.coords, columns, attributes), problem.model))
+
+
+def _logged(solution: Solution) -> Solution:
+    """The same, after `logging` was told of it."""
+    attrs = solution.dataset.attrs
+    words = "fitted %s to %d points with %s weighting by %s: E %.4g after %d evaluations, %.3g s, %s"
+    names = ("model", "points", "weighting", "settings", "cost", "evaluations", "seconds", "status")
+    logging.getLogger(__name__).info(words, *(attrs[name] for name in names))
+    return solution
 
 
 def _of_the_search(problem: Problem, optimum: Optimum, settled: Settled) -> dict[str, Any]:

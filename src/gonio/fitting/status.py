@@ -6,6 +6,9 @@ attributes flag_values and flag_meanings, as the CF conventions have it.
 
 from enum import StrEnum
 
+# What files say that were written before the words became clearer.
+AT_BOUND_BEFORE = "converged with a value at its bound: the data would have it beyond, or do not determine it"
+
 
 class Status(StrEnum):
     """How a search ended; each value is the message, whose part before the colon can stand alone.
@@ -14,7 +17,9 @@ class Status(StrEnum):
     """
 
     CONVERGED = "converged"
-    AT_BOUND = "converged with a value at its bound: the data would have it beyond, or do not determine it"
+    AT_BOUND = (
+        "converged, but one value lies on its limit: the limit is too narrow, or the data cannot determine the value"
+    )
     NOT_DETERMINED = "converged, and the data do not determine every value: hold or share what has no uncertainty"
     STEPS_EXHAUSTED = "stopped at the largest number of iterations"
     TOO_FEW_POINTS = "as many values as points or more: nothing is left to tell how good they are"
@@ -23,6 +28,10 @@ class Status(StrEnum):
     NOT_WEIGHED = (
         "not fitted: some values have no weight, as relative weighting gives none to what is not positive, or no square"
     )
+
+    @classmethod
+    def _missing_(cls, value: object) -> "Status | None":
+        return cls.AT_BOUND if value == AT_BOUND_BEFORE else None
 
 
 STATUSES = tuple(Status)  # their order gives the integers that stand for them, which stores of results hold

@@ -6,6 +6,7 @@ A file to read is recognised by its first bytes, never by its name. A file to wr
 
 import functools
 import importlib
+import logging
 import pkgutil
 from pathlib import Path
 
@@ -84,6 +85,7 @@ def read(path: str | Path) -> xr.Dataset:
     """Read a scan from a file of any known format. Raises FormatError with the file, the place in it and the remedy."""
     recognised = recognise(path)
     scan = recognised.read(Path(path))
+    logging.getLogger(__name__).info("read %s as %s: %s values", path, recognised.title, scan["brdf"].size)
     return add_history(scan, f"read from {Path(path).name} as {recognised.title}")
 
 

@@ -14,7 +14,7 @@ sum is the weighted sum of the means: a model stays linear in its weights.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gonio.geometry import GRAZING, Geometry
 from gonio.model import Model
 from gonio.optics.quadrature import gauss_legendre
-from gonio.options import Option
+from gonio.options import Option, Panel
 
 Values = npt.NDArray[np.float64]
 Vector = tuple[Values, Values, Values]
@@ -44,12 +44,34 @@ class Instrument:
     Raises ValueError for half-angles outside 0 to 30 deg or a step outside 0.01 to 30 deg.
     """
 
-    source_half_angle: Annotated[float, Option("cone that the source fills, folded into the model", metavar="DEG")] = (
-        0.0
-    )
-    detector_half_angle: Annotated[float, Option("the same for what the detector takes in", metavar="DEG")] = 0.0
+    PANEL: ClassVar = Panel.MODEL
+    source_half_angle: Annotated[
+        float,
+        Option(
+            "half-angle of the cone of light from the source, over which the model is averaged",
+            metavar="DEG",
+            lowest=0,
+            highest=WIDEST,
+        ),
+    ] = 0.0
+    detector_half_angle: Annotated[
+        float,
+        Option(
+            "half-angle of the cone that the detector takes in, over which the model is averaged",
+            metavar="DEG",
+            lowest=0,
+            highest=WIDEST,
+        ),
+    ] = 0.0
     step: Annotated[
-        float, Option("how far apart the directions are that stand for a cone", flag="--cone-step", metavar="DEG")
+        float,
+        Option(
+            "spacing of the directions by which a cone is averaged",
+            flag="--cone-step",
+            metavar="DEG",
+            lowest=FINEST,
+            highest=WIDEST,
+        ),
     ] = 0.5
 
     def __post_init__(self) -> None:

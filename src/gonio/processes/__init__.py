@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-from gonio.portable import deaf_to_interrupts, ignore_interrupts
 from gonio.processes.ending import unbroken
+from gonio.processes.portable import deaf_to_interrupts, ignore_interrupts
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

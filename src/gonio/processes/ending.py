@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from gonio.portable import await_signals, end_processes, name_of_signal, no_signals
+from gonio.processes.portable import await_signals, end_processes, name_of_signal, no_signals
 
 LONGEST = 4.0  # s from the signal to the end, whatever was not put in order by then
 

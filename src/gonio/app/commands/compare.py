@@ -1,28 +1,48 @@
 """`gonio compare`: several models fitted to scans, and ranked."""
 
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from gonio.app.answering import AnswerOptions, watched
-from gonio.app.options import OutputOptions, ScanOptions, Scans, chosen_models
+from gonio.app.help_page import Example
+from gonio.app.legend import legend
+from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models
 from gonio.app.views import ranking
 from gonio.comparison.answer import Answer, answer
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
-from gonio.options import Option, one_of
+from gonio.options import Option, Panel, one_of
+
+EXAMPLES = (
+    Example("gonio compare scan.csv", "Rank the models of the paper"),
+    Example(
+        "gonio compare scan.csv --models ggx,ward,gonio-best --weighting log", "Rank models where the wings matter"
+    ),
+    Example(
+        "gonio compare scan.csv --models lambert,ggx --validate theta_i",
+        "Rank by the error at incidence angles that the fit was not shown",
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RankingOptions(AnswerOptions):
     """Which models are ranked, and by what."""
 
-    models: Annotated[
-        str, Option("names, family (the paper's) or all; else those of all that a first look finds near", metavar="A,B")
+    PANEL: ClassVar = Panel.RANKING
+    models: ModelNames = ""
+    rank: Annotated[
+        str,
+        Option(
+            f"rank by an error of the fit, and not by what was left out: {one_of(METRICS)}",
+            metavar="METRIC",
+            names=tuple(METRICS),
+        ),
     ] = ""
-    rank: Annotated[str, Option(f"{one_of(METRICS)} of the fit, not by what is left out", metavar="METRIC")] = ""
-    by_incidence: Annotated[bool, Option("nRMSE at each incidence angle too")] = False
+    by_incidence: Annotated[bool, Option("also print the nRMSE at each incidence angle")] = False
 
 
 def command(
@@ -48,4 +68,5 @@ def command(
         with watched(path.name) as watch:
             answers.append((path, answer(data, models, asked, watch, **problem.given())))
     lines = (line for path, one in answers for line in ranking.lines(path, one, ranked.rank, ranked.by_incidence))
-    output.show([ranking.record(path, one) for path, one in answers], lines)
+    meanings = legend([one.rows for _, one in answers], ranked.rank)
+    output.show([ranking.record(path, one) for path, one in answers], chain(lines, meanings))

@@ -3,18 +3,19 @@
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from gonio import Problem, catalogue, convert, fit, read, resample
-from gonio.app import arguments
+from gonio.app import arguments, names
+from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions, Scan, ScanOptions, To
 from gonio.app.views import conversion
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.options import Weighting
 from gonio.measured.dataset import add_history, directions
-from gonio.options import Option
+from gonio.options import Option, Panel
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling
@@ -25,15 +26,41 @@ if TYPE_CHECKING:
 
 IN_PLACE = "scan"  # which may be written over by --force, as the file is read again before it takes the name
 SYMMETRY = "symmetry"  # all of SYMMETRIES
+EXAMPLES = (
+    Example("gonio convert scan.csv scan.nc", "Write a scan as NetCDF, which keeps all that gonio knows of it"),
+    Example(
+        "gonio convert scan.csv coating.bsdf --to zemax --fill symmetry,ggx",
+        "Write a file for Zemax, its gaps filled by symmetry and by a fitted model",
+    ),
+    Example("gonio convert coating.bsdf coating.csv", "Write any format as a table, which a spreadsheet opens"),
+    Example("gonio convert a.csv b-directions.csv --onto b.csv", "Interpolate one scan at the directions of another"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResamplingOptions:
     """At which directions a scan is taken, and what may stand where it has no value."""
 
-    onto: Annotated[Path | None, Option("resample onto the directions of this file first", metavar="FILE")] = None
-    impose: Annotated[str, Option("reciprocity, bilateral: means over images", metavar="A,B")] = ""
-    fill: Annotated[str, Option("what may stand in gaps; several by commas", metavar="symmetry|MODEL")] = ""
+    PANEL: ClassVar = Panel.RESAMPLING
+    onto: Annotated[
+        Path | None, Option("interpolate at the directions of this file before writing", metavar="FILE")
+    ] = None
+    impose: Annotated[
+        str,
+        Option(
+            "make values symmetric by averaging: reciprocity, bilateral (both sides of the incidence plane), or both",
+            metavar="A,B",
+            names=tuple(SYMMETRIES),
+        ),
+    ] = ""
+    fill: Annotated[
+        str,
+        Option(
+            "fill missing directions by symmetry, by a fitted model, or by both: symmetry,ggx",
+            metavar="symmetry|MODEL",
+            names=names.symmetry_or_models,
+        ),
+    ] = ""
     weighting: Weighting = AUTO
 
     def steps(self, data: "xr.Dataset") -> dict[str, Any]:
@@ -70,13 +97,16 @@ def _predicted(solution: Any, points: "xr.Dataset") -> Any:
 
 def command(
     scan: Scan,
-    out: Annotated[Path, typer.Argument(help="the file to write", show_default=False)],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="the file to write", show_default=False)],
     resampling: ResamplingOptions,
     used: ScanOptions,
     output: OutputOptions,
     to: To = "",
 ) -> None:
-    """Write a file in another format; the error that this cost is printed and kept in the history."""
+    """Write a file in another format, and say the error that this costs.
+
+    The error is kept in the history of the written file as well.
+    """
     data = used.read(scan, findings=False)
     steps, ready = resampling.steps(data), data
     if resampling.onto is not None:

@@ -1,5 +1,6 @@
 """`gonio diff`: the difference of two files at common directions."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,25 +8,45 @@ import typer
 
 from gonio import read
 from gonio.app import arguments
+from gonio.app.help_page import Example
 from gonio.app.options import NO_PIPES, OutputOptions, Select
 from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.measured.dataset import select as select_sets
+from gonio.options import Option, Panel
 from gonio.resampling.difference import difference
 
 if TYPE_CHECKING:
     import xarray as xr
 
+EXAMPLES = (
+    Example("gonio diff a.csv b.csv", "Compare two scans"),
+    Example(
+        "gonio diff coating.bsdf scan.csv --out difference.png", "Compare a written file with its scan, and draw it"
+    ),
+    Example("gonio diff a.csv b.csv --select wavelength=550", "Compare one wavelength of each"),
+)
+
 
 def command(
-    a: Annotated[Path, typer.Argument(help=f"the file that is compared ({NO_PIPES})", show_default=False)],
-    b: Annotated[Path, typer.Argument(help="the reference, at whose directions both are taken", show_default=False)],
+    a: Annotated[
+        Path, typer.Argument(metavar="FILE", help=f"the file that is compared ({NO_PIPES})", show_default=False)
+    ],
+    b: Annotated[
+        Path,
+        typer.Argument(
+            metavar="REFERENCE", help="the file it is compared with, at whose directions", show_default=False
+        ),
+    ],
     output: OutputOptions,
-    select: Select = [],  # noqa: B006 - typer reads the default and never changes it
-    out: Annotated[str, typer.Option("--out", metavar="FILE", help="a figure too: .png, .svg, or both")] = "",
+    select: Select,
+    out: Annotated[
+        str,
+        Option("also draw a figure: NAME.png, NAME.svg, or NAME alone for both", metavar="FILE", panel=Panel.OUTPUT),
+    ] = "",
 ) -> None:
-    """The difference of two files at the directions of the second: a table, and a figure with --out."""
-    first, second = _selected([read(a), read(b)], arguments.pairs(select, "--select"))
+    """Compare two files at the directions of the second."""
+    first, second = _selected([read(a), read(b)], select)
     found = difference(first, second)
     output.show(view.record(found, str(a), str(b)), view.tables(found, a.name, b.name))
     if out:
@@ -38,7 +59,7 @@ def command(
                 show(f"wrote {path}")
 
 
-def _selected(scans: "list[xr.Dataset]", choice: dict[str, str]) -> "list[xr.Dataset]":
+def _selected(scans: "list[xr.Dataset]", choice: Mapping[str, str]) -> "list[xr.Dataset]":
     """Each scan reduced by what it has a coordinate for; ValueError for a coordinate that none of them has."""
     for name in choice:
         if not any(name in scan.coords for scan in scans):

@@ -3,11 +3,19 @@
 from enum import StrEnum
 from typing import Annotated
 
-import typer
-
 from gonio.app import arguments
+from gonio.app.help_page import Example
 from gonio.app.model_options import SurfaceOptions
 from gonio.app.options import FigureOptions, ModelArgument
+from gonio.options import Option, Panel
+
+EXAMPLES = (
+    Example("gonio draw ggx --set rho_s=0.5 --set width=0.2", "Draw a model at incidence angles of 30 and 60 deg"),
+    Example(
+        "gonio draw cauchy-lorentz --published Al --theta-i 20,40 --out al.png", "Draw it with constants of the paper"
+    ),
+    Example("gonio draw wellems --set ks=1 --figure dolp", "Draw the degree of polarisation over the hemisphere"),
+)
 
 
 class Drawing(StrEnum):
@@ -22,11 +30,18 @@ def command(
     model: ModelArgument,
     surface: SurfaceOptions,
     output: FigureOptions,
-    figure: Annotated[Drawing, typer.Option("--figure", help="what to draw")] = Drawing.CURVES,
-    theta_i: Annotated[str, typer.Option("--theta-i", metavar="DEG,..", help="incidence angles")] = "30,60",
-    stokes: Annotated[str, typer.Option("--stokes", metavar="I,Q,U,V", help="arriving light, for dolp")] = "1,0,0,0",
+    figure: Annotated[Drawing, Option("what to draw", panel=Panel.FIGURE)] = Drawing.CURVES,
+    theta_i: Annotated[str, Option("incidence angles, with commas", metavar="DEG,..", panel=Panel.FIGURE)] = "30,60",
+    stokes: Annotated[
+        str,
+        Option(
+            "Stokes vector of the light that arrives, for dolp (the degree of polarisation)",
+            metavar="I,Q,U,V",
+            panel=Panel.FIGURE,
+        ),
+    ] = "1,0,0,0",
 ) -> None:
-    """Draw a model: curves, hemisphere, or polarisation."""
+    """Draw a model alone: curves, a hemisphere, or its polarisation."""
     from gonio.app.views import figures
 
     drawn = figures.draw_model(

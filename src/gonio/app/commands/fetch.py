@@ -5,23 +5,41 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gonio.app import names, talk
+from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions
 from gonio.app.output import Plain, progress_bar
 from gonio.app.views import archive as view
 from gonio.archive import collections, fetch, named
+from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
     from gonio.archive import Collection
 
-NAME_HELP = "collection/file, as in merl/aluminium; a collection alone lists its files"
+EXAMPLES = (
+    Example("gonio fetch", "List the collections"),
+    Example("gonio fetch merl", "List the files of one, with its licence"),
+    Example("gonio fetch merl/aluminium", "Fetch a file, check it by its hash, and print where it is"),
+    Example("gonio fetch merl --licence", "Show licence and citation only"),
+)
 
 
 def command(
     output: OutputOptions,
-    name: Annotated[str, typer.Argument(help=NAME_HELP, show_default=False)] = "",
-    to: Annotated[str, typer.Option("--to", metavar="DIR", help="put the file there instead of in the cache")] = "",
-    base_url: Annotated[str, typer.Option("--base-url", metavar="URL", help="a mirror of the archive")] = "",
-    licence: Annotated[bool, typer.Option("--licence", help="show licence and citation, and stop")] = False,
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="collection/file, as in merl/aluminium; a collection alone lists its files",
+            show_default=False,
+            autocompletion=Option("", names=names.public_files).completed,
+        ),
+    ] = "",
+    to: Annotated[
+        str, Option("put the file into this folder and not into the cache", metavar="DIR", panel=Panel.OUTPUT)
+    ] = "",
+    base_url: Annotated[str, Option("address of a mirror of the archive", metavar="URL", panel=Panel.DATA)] = "",
+    licence: Annotated[bool, Option("show licence and citation, and fetch nothing", panel=Panel.OUTPUT)] = False,
 ) -> None:
     """Fetch public measured data by name, or list what there is."""
     chosen = collections()[name.partition("/")[0]] if name else None
@@ -51,4 +69,5 @@ def _fetched(name: str, base_url: str, folder: Path | None) -> dict[str, Any]:
 
 
 def _show(collection: "Collection") -> None:
-    typer.echo(collection.terms, err=True)
+    for line in collection.terms.splitlines():
+        talk.tell(line)

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from gonio.app.answering import AnswerOptions, watched
+from gonio.app.help_page import Example
 from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models
 from gonio.app.output import emit_json, show
 from gonio.app.views.fit import answer as answer_report
@@ -18,7 +19,7 @@ from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
-from gonio.options import Option
+from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,13 +27,30 @@ if TYPE_CHECKING:
     from gonio.app.views.fit.certainty import Certainty
     from gonio.comparison import Row
 
+EXAMPLES = (
+    Example("gonio fit scan.csv --model ggx", "Fit one model: its values, how sure they are, how well it fits"),
+    Example("gonio fit scan.csv --model ggx --weighting log --out results", "Keep the fit and its figures in a folder"),
+    Example(
+        "gonio fit scan.csv --model cauchy-lorentz --group ks=theta_i",
+        "One ks for each incidence angle, as in the paper",
+    ),
+    Example(
+        "gonio fit scan.csv --model ggx --hold index=1.5 --hold extinction=0", "Fit the rest with two values fixed"
+    ),
+    Example("gonio fit a.csv b.csv --model ggx --joint", "Two samples at once, with one shape for both"),
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitOptions(AnswerOptions):
     """What models are judged by, whether scans are fitted together, and where the results go."""
 
-    joint: Annotated[bool, Option("several scans at once: weights one a scan, the shape shared")] = False
-    out: Annotated[str, Option("write the solution, its JSON and figures", metavar="DIR")] = ""
+    PANEL: ClassVar = Panel.OUTPUT
+    joint: Annotated[
+        bool,
+        Option("fit several scans together: one shape for all, weights for each", panel=Panel.DATA),
+    ] = False
+    out: Annotated[str, Option("write the fit, its JSON and its figures to this folder", metavar="DIR")] = ""
 
 
 def command(

@@ -1,14 +1,15 @@
 """`gonio fit-stack`: one model fitted to every scan of a stack, on all cores or on a cluster."""
 
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from gonio import catalogue
+from gonio.app import talk
+from gonio.app.help_page import Example
 from gonio.app.options import ModelName, OutputOptions
 from gonio.app.output import progress_bar
 from gonio.app.views import stack_report
@@ -18,32 +19,63 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.projection import FOR_MANY
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
-from gonio.options import Option, one_of
+from gonio.options import Option, Panel, one_of
 from gonio.processes.ending import last_words
 
 if TYPE_CHECKING:
     from gonio.fitting.stack.run import Run
+
+EXAMPLES = (
+    Example(
+        "gonio fit-stack stack.zarr --model lambert --out fits.zarr",
+        "Fit every scan; the same line goes on after a crash",
+    ),
+    Example(
+        "gonio fit-stack stack.zarr --model lambert --out f.zarr --precision float32",
+        "In single precision",
+    ),
+    Example(
+        "gonio fit-stack stack.zarr --model lambert --out fits.zarr --force",
+        "Start anew, whatever is there",
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class StackOptions:
     """What of a stack is one fit, and which uncertainties its values get."""
 
+    PANEL: ClassVar = Panel.DATA
     each: Annotated[
-        tuple[str, ...], Option("fit each value for itself, as in wavelength, not jointly", metavar="COORD")
+        tuple[str, ...],
+        Option("fit each value of this coordinate for itself, not jointly: wavelength", metavar="COORD"),
     ] = ()
-    covariance: Annotated[str, Option(one_of(COVARIANCES))] = DEFAULT
+    covariance: Annotated[
+        str,
+        Option(
+            f"where uncertainties come from: {one_of(COVARIANCES)} (the uncertainties in the scans)",
+            panel=Panel.UNCERTAINTY,
+            names=tuple(COVARIANCES),
+        ),
+    ] = DEFAULT
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClusterOptions:
     """Which processes fit the blocks, and on what."""
 
-    precision: Annotated[str, Option("float64 or float32")] = "float64"
-    device: Annotated[str, Option("cpu or gpu; without it the one that JAX prefers", metavar="NAME")] = ""
-    block: Annotated[int, Option("the most scans of a task, which is what a crash costs", metavar="N")] = LANES_OF_BLOCK
-    workers: Annotated[int, Option("processes of one thread each; 0: one a core, one in all for gpu", metavar="N")] = 0
-    scheduler: Annotated[str, Option("a Dask scheduler with workers of its own", metavar="tcp://..")] = ""
+    PANEL: ClassVar = Panel.CLUSTER
+    precision: Annotated[str, Option("numbers to compute with: float64 or float32", names=("float64", "float32"))] = (
+        "float64"
+    )
+    device: Annotated[str, Option("cpu or gpu; without it JAX chooses", metavar="cpu|gpu", names=("cpu", "gpu"))] = ""
+    block: Annotated[int, Option("scans fitted at once; a crash loses the blocks that are not written", lowest=1)] = (
+        LANES_OF_BLOCK
+    )
+    workers: Annotated[
+        int, Option("number of processes of one thread each; 0 is one a core, on a GPU one in all", lowest=0)
+    ] = 0
+    scheduler: Annotated[str, Option("address of a Dask scheduler whose workers do the fits", metavar="tcp://..")] = ""
 
     @property
     def processes(self) -> int:
@@ -59,8 +91,7 @@ def command(
     ],
     model: ModelName,
     out: Annotated[
-        Path,
-        typer.Option("--out", metavar="OUT.zarr", help="where the results and the manifest go", show_default=False),
+        Path, Option("where the results go, and the list of what is done", metavar="OUT.zarr", panel=Panel.OUTPUT)
     ],
     fits: StackOptions,
     problem: ProblemOptions,
@@ -68,7 +99,7 @@ def command(
     cluster: ClusterOptions,
     output: OutputOptions,
 ) -> None:
-    """Fit one model to every scan of a stack, on all cores or on a cluster; a run that was ended goes on.
+    """Fit one model to every scan of a stack, on all cores or a cluster.
 
     STACK.zarr holds brdf over directions (and sets fitted jointly, such as channel) and over any other dimensions:
     sample, x, y. Each place along these is one fit, with its own values, uncertainties and status in OUT.zarr, which
@@ -78,8 +109,6 @@ def command(
     the same command goes on with the others; with other options it is refused, unless --force starts anew.
 
     Without --scheduler the workers are processes on this machine. Those of a scheduler need gonio and the same paths.
-
-    Example: gonio fit-stack wafers.zarr --model ggx --group ks=theta_i --out fits.zarr
     """
     if output.json not in ("", "-"):
         refuse_existing(Path(output.json), output.force)
@@ -92,10 +121,6 @@ def command(
     output.show(record, stack_report.lines(record))
 
 
-def _tell(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
 def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
     """Fit the blocks that are not written yet, and tell of it; how long that took [s] with the workers there."""
     from gonio.fitting.stack.cluster import connected, fit_blocks
@@ -103,7 +128,7 @@ def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
     blocks = run.job.blocks
     done = sum(map(blocks.size, run.done))
     if run.resumed:
-        _tell(f"resuming: {len(run.done)} of {len(blocks)} blocks are there")
+        talk.tell(f"resuming: {len(run.done)} of {len(blocks)} blocks are there")
 
     def stopped() -> str:
         there, same = len(run.manifest.written()), "the same command" + " without --force" * force
@@ -111,7 +136,7 @@ def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
 
     progress = progress_bar(f"fitting {run.job.asked.model.name}")
     with last_words(stopped), connected(asked.scheduler, asked.processes, run.job.modules) as cluster, progress as bar:
-        _tell(_where(cluster))
+        talk.tell(_where(cluster))
         started = time.perf_counter()
         bar(done / blocks.lanes)
         for record in fit_blocks(cluster.client, run):

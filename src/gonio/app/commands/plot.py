@@ -2,14 +2,24 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from gonio import compare
-from gonio.app.options import FigureOptions, ScanOptions, Scans, chosen_models
+from gonio.app.help_page import Example
+from gonio.app.options import FigureOptions, ModelNames, ScanOptions, Scans, chosen_models
 from gonio.app.output import progress_bar
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
-from gonio.options import Option
+from gonio.options import Option, Panel
+
+EXAMPLES = (
+    Example("gonio plot scan.csv", "Draw the scan and four models fitted to it"),
+    Example('gonio plot scan.csv --models "" --out scan.png', "Draw the measured values alone"),
+    Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
+    Example(
+        "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
+    ),
+)
 
 
 class Figure(StrEnum):
@@ -28,11 +38,10 @@ class Figure(StrEnum):
 class DrawingOptions:
     """What is drawn, and how."""
 
+    PANEL: ClassVar = Panel.FIGURE
     figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
-    models: Annotated[str, Option("names, family (the paper's) or all", metavar="A,B")] = (
-        "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
-    )
-    normalised: Annotated[bool, Option("curves over their specular value")] = False
+    models: ModelNames = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
+    normalised: Annotated[bool, Option("divide each curve by its value at the specular angle")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
 
 

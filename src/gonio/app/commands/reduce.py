@@ -2,42 +2,53 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import Annotated, ClassVar
 
 from gonio import convert, read
 from gonio.app import arguments
+from gonio.app.help_page import Example
 from gonio.app.options import Force, Scans, To
 from gonio.app.output import show
 from gonio.measured.reduction import Shadow, reduce, turned
-from gonio.options import Option
+from gonio.options import Option, Panel
 from gonio.resampling.conversion import in_words
+
+EXAMPLES = (
+    Example("gonio reduce one.csv two.csv --out scan.csv", "Average repeats, with the uncertainty of their mean"),
+    Example("gonio reduce one.csv --blank blank.csv --out scan.nc", "Subtract what is measured without a sample"),
+    Example(
+        "gonio reduce one.csv two.csv --mirror --out mean.csv", "Average both sides of the plane of incidence as well"
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReductionOptions:
     """What is subtracted from the readings, and which are repeats of one another."""
 
-    phi_i: Annotated[str, Option("azimuth of the incident light on the sample, one a file", metavar="DEG,..")] = ""
+    PANEL: ClassVar = Panel.REDUCTION
+    phi_i: Annotated[
+        str, Option("azimuth of the incident light on the sample, one for each file, with commas", metavar="DEG,..")
+    ] = ""
     mirror: Annotated[bool, Option("average directions on both sides of the plane of incidence")] = False
     floor: Annotated[
-        bool, Option("take the least signal of each scan as the detector's zero", "--subtract-floor/--keep-floor")
+        bool,
+        Option("subtract the least signal of each scan, as the detector's zero", "--subtract-floor/--keep-floor"),
     ] = False
     keep_shadow: Annotated[bool, Option("keep directions where the receiver stands in the beam")] = False
 
 
 def command(
     scans: Scans,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="the file to write", show_default=False)],
+    out: Annotated[Path, Option("the file to write", metavar="FILE", panel=Panel.OUTPUT)],
     options: ReductionOptions,
     blank: Annotated[
-        Path | None, typer.Option("--blank", metavar="FILE", help="a scan without sample, to subtract")
+        Path | None, Option("subtract this scan, measured without a sample", metavar="FILE", panel=Panel.REDUCTION)
     ] = None,
     to: To = "",
     force: Force = False,
 ) -> None:
-    """Raw sheets of one sample into a BRDF: blank subtracted, repeats averaged, with uncertainty."""
+    """Make one BRDF with uncertainty of the raw scans of a sample."""
     samples, angles = [read(path) for path in scans], arguments.azimuths(options.phi_i, len(scans))
     reduced = reduce(
         [turned(*pair) for pair in zip(samples, angles, strict=True)] if angles else samples,

@@ -20,5 +20,8 @@ def judged_lines(of_models: Sequence[Judged], unit: str) -> Iterator[str]:
     if one.not_positive:
         yield f"lg RMSE leaves out {one.not_positive} of {one.points} values, which are not positive"
     if most := max(judged.floored for judged in of_models):
-        which = f"{most} values" if len(of_models) == 1 else "floored"
-        yield f"lg RMSE takes models below {figure(one.floor)} {unit_label(unit)} as that: {which}"
+        floor = f"{figure(one.floor)} {unit_label(unit)}"
+        if len(of_models) == 1:
+            yield f"lg RMSE: {most} values of the model lie below {floor} and count as that"
+        else:
+            yield f"floored: how many values of the model lie below {floor} and count as that in lg RMSE"

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gonio.app.legend import mark, marks_in_words
 from gonio.app.output import figure, table
 from gonio.app.views.fit import provisos
 from gonio.app.views.fit.answer import dropped_lines, head_lines
@@ -30,31 +31,34 @@ def ranking_table(scan: str, rows: Sequence["Row"], by: str = "") -> "Table":
     out = table("model", "", "free", *heads, *floored, *(f"vs {name}" for name in references), title=scan)
     for row in rows:
         own = row.metrics["nrmse"]
-        drops = [_percent(drop(error, own)) if error != own else "–" for error in references.values()]
+        drops = [_percent(drop(error, own)) if error and error != own else "–" for error in references.values()]
         found = (figure(row.metrics[name]) for name in METRICS)
         out.add_row(row.model.name, mark(row), _count(row), *found, *(str(row.judged.floored) for _ in floored), *drops)
-    counted = judged_lines([row.judged for row in rows], rows[0].solution.unit)
-    out.caption, out.caption_justify = "\n".join([*_marks_in_words(rows), *counted]), "left"
     return out
 
 
-# One letter for a status other than converged, so that a fit that failed never looks like a good one.
-MARKS = {"AT_BOUND": "b", "NOT_DETERMINED": "?", "STEPS_EXHAUSTED": "!", "TOO_FEW_POINTS": "#"}
+def notes(rows: Sequence["Row"]) -> Iterator[str]:
+    """What holds for the fits of one table: what their marks mean, which models are alike, what was left out."""
+    yield from marks_in_words(rows)
+    if rows and rows[0].validated:
+        yield _alike_in_words(rows)
+    counts = [row.judged_left_out or row.judged for row in rows]
+    yield from judged_lines(counts, rows[0].solution.unit)
 
 
-def mark(row: "Row") -> str:
-    return MARKS.get(row.solution.status.name, "")
+def _alike_in_words(rows: Sequence["Row"]) -> str:
+    from gonio.comparison.assessment import FEWEST_PARTS, scored_parts
 
-
-def _marks_in_words(rows: Sequence["Row"]) -> Iterator[str]:
-    """What the marks of these rows mean, each once."""
-    met = {row.solution.status.name: row.solution.status.value.split(":")[0] for row in rows}
-    return (f"{letter} {met[name]}" for name, letter in MARKS.items() if name in met)
+    parts = len(scored_parts(rows[0]))
+    of_parts = f"{parts} part{'s' * (parts != 1)}"
+    if parts < FEWEST_PARTS:
+        return f"{of_parts}, too few to say which models are alike"
+    return f"≈: no significant difference from the first, by Student's t over {of_parts} (95 %)"
 
 
 def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     """Models by their error where they were not shown the measurement, and which differences mean something."""
-    from gonio.comparison.assessment import FEWEST_PARTS, alike, behind, scored_parts
+    from gonio.comparison.assessment import alike, behind
     from gonio.comparison.metrics import METRICS
 
     counts = [row.judged_left_out or row.judged for row in rows]
@@ -78,15 +82,6 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
             apart,
             *(f"{v:.0f}" if math.isfinite(v) else "–" for v in (row.aicc, row.bic)),
         )
-    parts = len(scored_parts(rows[0]))
-    of_parts = f"{parts} part{'s' * (parts != 1)}"
-    few = f"{of_parts}, too few to say which are alike"
-    meaning = "behind the first: mean over parts ± standard error"
-    told = few if parts < FEWEST_PARTS else f"≈ alike, by Student's t over {of_parts} (95 %)"
-    out.caption, out.caption_justify = (
-        "\n".join([meaning, told, *_marks_in_words(rows), *judged_lines(counts, rows[0].solution.unit)]),
-        "left",
-    )
     return out
 
 
@@ -100,7 +95,9 @@ def _count(row: "Row") -> str:
 
 
 def _percent(value: float) -> str:
-    """A drop in eight characters; one far below zero says only that."""
+    """A drop in eight characters; one far below zero says only that, and a dash that there is none."""
+    if not math.isfinite(value):
+        return "–"
     if value < -1e4:
         return "< -1e4%"
     return f"{value:+.1f}%" if abs(value) < 100 else f"{value:+.0f}%"
@@ -149,6 +146,7 @@ def lines(path: Path, answer: "Answer", by: str = "", by_incidence: bool = False
     rows = answer.rows
     yield from head_lines(path.name, answer)
     yield ranking_table(path.stem, rows, by)
+    yield from notes(rows)
     yield from dropped_lines(answer)
     yield from provisos.instrument_lines([row.solution for row in rows])
     if by_incidence:

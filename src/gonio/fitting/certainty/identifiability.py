@@ -80,7 +80,7 @@ def _determinations(solution: Solution, farthest: float) -> list[Determination]:
     out = []
     for k, name in enumerate(free.names):
         if at_bound[k]:
-            words = "at its bound: the data would have it beyond, or do not tell it"
+            words = "at its bound: the bound is too narrow, or the data cannot determine the value"
             out.append(Determination(name, False, np.nan, (), words))
         elif not known[k]:
             words = "not determined: no value fits better than another; hold it"
@@ -101,7 +101,8 @@ def _determination(name: str, inflation: float, partners: tuple[str, ...], farth
     named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
     listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
     elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
-    words = f"trades off with {listed}, {inflation:.0f} times as uncertain as alone: hold one, or {elsewhere}"
+    told = f"cannot be told apart from {listed}, which makes it {inflation:.0f} times less certain than alone"
+    words = f"{told}: fix one with --hold, or {elsewhere}"
     return Determination(name, False, inflation, partners, words)
 
 

@@ -6,7 +6,7 @@ A new option is one more field here. It is then a field of every Problem, and a 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,21 +16,35 @@ from gonio.fitting.objective.loss import LOSSES
 from gonio.fitting.objective.smooth import Smoothing
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.measured.instrument import IDEAL, Instrument
-from gonio.options import Option, one_of
+from gonio.options import Option, Panel, one_of
 
 Values = npt.NDArray[np.float64]
 Held = float | str | Mapping[str, float]
 Grouping = Mapping[str, str | tuple[str, ...]]
 
 MaterialName = Annotated[
-    str, Option("hold index and extinction at a material's: gold, ..", flag="--material", metavar="NAME|FILE")
+    str,
+    Option(
+        "fix index and extinction at those of a material, such as gold, or of a file",
+        flag="--material",
+        metavar="NAME|FILE",
+        panel=Panel.MODEL,
+    ),
 ]
 MaterialWavelength = Annotated[
-    float | None, Option("for --material, where no scan says it", flag="--wavelength", metavar="NM")
+    float | None,
+    Option("wavelength for --material, where the scan names none", "--wavelength", "NM", panel=Panel.MODEL, above=0),
 ]
 
 
-Weighting = Annotated[str, Option(f"{one_of((AUTO, *WEIGHTINGS))}; {AUTO} chooses from the data, and says why")]
+Weighting = Annotated[
+    str,
+    Option(
+        f"how much each point counts: {one_of((AUTO, *WEIGHTINGS))}; {AUTO} chooses from the data, and says why",
+        panel=Panel.WEIGHTS,
+        names=(AUTO, *WEIGHTINGS),
+    ),
+]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,29 +74,74 @@ class ProblemOptions:
     point_weights: weights (points,) of the points in use, on top of all others; a fit under a robust loss sets them.
     """
 
+    PANEL: ClassVar = Panel.MODEL
     held: Annotated[
         Mapping[str, Held],
-        Option("keep a parameter; gamma=half-width reads it", "--hold", "NAME=VALUE", of_parameters=True),
+        Option(
+            "fix a parameter at a value instead of fitting it: sigma=0.14; gamma=half-width fixes gamma at the half "
+            "width of the scan's own lobe",
+            "--hold",
+            "NAME=VALUE",
+            of_parameters=True,
+        ),
     ] = field(default_factory=dict)
     grouped: Annotated[
-        Grouping, Option("one value for each, as in ks=theta_i", "--group", "NAME=COORD", of_parameters=True)
+        Grouping,
+        Option(
+            "fit one value of a parameter for each value of a coordinate: ks=theta_i, one for each incidence angle",
+            "--group",
+            "NAME=COORD",
+            of_parameters=True,
+        ),
     ] = field(default_factory=dict)
     shared: Annotated[
-        tuple[str, ...], Option("one weight over all channels", "--share", "NAME", of_parameters=True)
+        tuple[str, ...],
+        Option(
+            "fit one value of this weight for all channels, wavelengths and scans, not one for each",
+            "--share",
+            "NAME",
+            of_parameters=True,
+        ),
     ] = ()
     smooth: Annotated[
-        Smoothing, Option("smooth over it, as in sigma=wavelength[:strength]", metavar="NAME=COORD", of_parameters=True)
+        Smoothing,
+        Option(
+            "let a parameter vary smoothly along a coordinate: sigma=wavelength, or with a strength "
+            "sigma=wavelength:1e-5",
+            metavar="NAME=COORD",
+            of_parameters=True,
+        ),
     ] = field(default_factory=dict)
     bounds: Annotated[
         Mapping[str, tuple[float, float]],
-        Option("other bounds than declared", "--bound", "NAME=LO:HI", of_parameters=True),
+        Option(
+            "keep a parameter within these limits, not those of `gonio models`: gamma=5:90",
+            "--bound",
+            "NAME=LO:HI",
+            of_parameters=True,
+        ),
     ] = field(default_factory=dict)
     material: MaterialName = ""
     wavelength: MaterialWavelength = None
     weighting: Weighting = AUTO
     weighting_reason: str = ""
-    noise_floor: Annotated[float, Option("relative weighting: the noise is constant below it", metavar="VALUE")] = 0.0
-    loss: Annotated[str, Option(f"what a large error costs: {one_of(LOSSES)}")] = "squared"
+    noise_floor: Annotated[
+        float,
+        Option(
+            "for relative weighting: BRDF below which the noise is constant",
+            metavar="VALUE",
+            panel=Panel.WEIGHTS,
+            lowest=0,
+        ),
+    ] = 0.0
+    loss: Annotated[
+        str,
+        Option(
+            f"how much a large error counts: {one_of(LOSSES)}; all but squared lessen outliers",
+            panel=Panel.WEIGHTS,
+            names=tuple(LOSSES),
+        ),
+    ] = "squared"
     instrument: Instrument = IDEAL
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None

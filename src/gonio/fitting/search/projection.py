@@ -116,10 +116,7 @@ class Projection:
     def glance(self, problem: Problem) -> float:
         """The least E that a few rough descents meet: an upper bound near the minimum, in a tenth of a search's time."""
         relative = RelativeWeights(problem) if problem.logarithmic else Reduced(problem)
-        if problem.free_shape:
-            starts = replace(self, searches=GLANCES)._starts(relative)
-        else:
-            starts = [np.empty(0)]
+        starts = replace(self, searches=GLANCES)._starts(relative) if problem.free_shape else [np.empty(0)]
         vectors = [np.concatenate([relative.solve(s)[0], s]) for s in map(relative.shape, starts)]
         ends = [refit(problem, vector, GLANCED, self.max_steps // SHORT) for vector in vectors]
         return min(end.cost for end in ends) / problem.scale

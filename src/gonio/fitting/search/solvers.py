@@ -7,11 +7,11 @@ of Anneal, cannot be set by a command: its `--bound` narrows the problem itself.
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from gonio.fitting.search.anneal import Anneal
 from gonio.fitting.search.projection import Projection
-from gonio.options import Option
+from gonio.options import Option, Panel
 
 SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {kind.name: kind for kind in (Projection, Anneal)}
 
@@ -20,11 +20,18 @@ SOLVERS: Mapping[str, type[Projection] | type[Anneal]] = {kind.name: kind for ki
 class SearchOptions:
     """A solver by its name, its settings by theirs, and the seed of whatever draws random numbers."""
 
-    solver: Annotated[str, Option("projection (exact weights) or anneal (Appendix A)")] = "projection"
-    setting: Annotated[Mapping[str, float], Option("a setting of the solver", metavar="NAME=VALUE")] = field(
-        default_factory=dict
-    )
-    seed: Annotated[int, Option("seed of the random numbers")] = 0
+    PANEL: ClassVar = Panel.SOLVER
+    solver: Annotated[
+        str,
+        Option(
+            "projection (searches the shape, weights are exact) or anneal (simulated annealing, as in the paper)",
+            names=tuple(SOLVERS),
+        ),
+    ] = "projection"
+    setting: Annotated[
+        Mapping[str, float], Option("change a setting of the solver: searches=8", metavar="NAME=VALUE")
+    ] = field(default_factory=dict)
+    seed: Annotated[int, Option("seed of the random numbers", lowest=0)] = 0
 
     def chosen(self, default: Projection | Anneal | None = None) -> Projection | Anneal:
         """The solver; settings that are not given are those of `default`, if that is a solver of the same name.

@@ -24,8 +24,8 @@ from gonio.files import temporary_folder
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.stack.manifest import Record
 from gonio.fitting.stack.run import Run, StackFit, fit_block, prepare
-from gonio.portable import cores, deaf_to_interrupts, ignore_interrupts
 from gonio.processes import THREADS
+from gonio.processes.portable import cores, deaf_to_interrupts, ignore_interrupts
 
 REMEDY = "pip install 'gonio[cluster]'"
 TASKS_A_THREAD = 2  # one runs and one waits: memory is bounded, and no worker is idle until the next task arrives

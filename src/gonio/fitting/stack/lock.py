@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from gonio.portable import is_running
 from gonio.processes.ending import undone
+from gonio.processes.portable import is_running
 
 NAME = "lock"
 BEAT, STALE = 20.0, 300.0  # s

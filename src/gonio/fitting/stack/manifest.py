@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from gonio.files import FormatError
-from gonio.portable import synchronise
+from gonio.processes.portable import synchronise
 
 FOLDER = "manifest"
 

@@ -33,7 +33,7 @@ from gonio.fitting.stack.manifest import BlockGrid, Manifest, Record, difference
 from gonio.measured.stack import lane_dims, one_scan
 from gonio.measured.stack_store import identity, open_stack
 from gonio.model import Model
-from gonio.portable import peak_megabytes
+from gonio.processes.portable import peak_megabytes
 
 FitMany = Callable[..., xr.Dataset]
 LANES_OF_BLOCK = 2048  # tasks then take half a second and more

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now
-from gonio.portable import synchronise
+from gonio.processes.portable import synchronise
 
 OF_ONE_CALL = ("seconds",)  # attributes of one call of `fit_many`, which do not hold for the whole store
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import xarray as xr
 
@@ -13,10 +13,10 @@ from gonio.fitting.certainty import bootstrap as resampling
 from gonio.fitting.certainty import profile as likelihood
 from gonio.fitting.certainty.bootstrap import bca, bootstrap, percentile, standard_deviations
 from gonio.fitting.certainty.profile import Profile, between, profile
-from gonio.fitting.covariance_kinds import DEFAULT
+from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
-from gonio.options import Option
+from gonio.options import Option, Panel
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -27,11 +27,31 @@ if TYPE_CHECKING:
 class CertaintyOptions:
     """What a fit is asked besides its values: none of it where nothing is said, but for the kind of covariance."""
 
-    covariance: Annotated[str, Option("robust, scaled, or absolute (the scan's own uncertainties)")] = DEFAULT
-    bootstrap: Annotated[int, Option("fit so many resampled scans: 500", metavar="DRAWS")] = 0
-    resample: Annotated[str, Option("residual (wild) or pairs, for --bootstrap")] = "residual"
-    profile: Annotated[str, Option("profile likelihood of these values, or all", metavar="A,B")] = ""
-    derived: Annotated[bool, Option("reflectance, albedo, peak and half width too")] = False
+    PANEL: ClassVar = Panel.UNCERTAINTY
+    covariance: Annotated[
+        str,
+        Option(
+            "where uncertainties come from: robust or scaled (the scatter of the points) or absolute (the "
+            "uncertainties in the scan)",
+            names=tuple(COVARIANCES),
+        ),
+    ] = DEFAULT
+    bootstrap: Annotated[
+        int,
+        Option("refit this many resampled scans and take uncertainties from them; 500 is usual", "", "DRAWS", lowest=0),
+    ] = 0
+    resample: Annotated[
+        str,
+        Option(
+            "what --bootstrap draws: residual (the wild bootstrap) or pairs (whole points)", names=("residual", "pairs")
+        ),
+    ] = "residual"
+    profile: Annotated[
+        str, Option("intervals of these parameters by profile likelihood: names with commas, or all", metavar="A,B|all")
+    ] = ""
+    derived: Annotated[
+        bool, Option("also print reflectance, albedo, peak and half width, with their uncertainties")
+    ] = False
 
     def refuse_unfit(self, problem: Problem) -> None:
         """ValueError where what is asked does not fit the problem, before the fit takes its time."""

@@ -111,8 +111,10 @@ def outlier_lines(scrutiny: "Scrutiny") -> Iterator[Any]:
     """Where points lie that do not belong, and what to do about them; nothing where all belong."""
     if scrutiny.systematic:
         same = (1 + scrutiny.agreement) / 2
-        what = f": {same:.0%} of neighbours err to the same side, where chance gives 50%: the model lacks something, "
-        yield strong("systematic misfit", f"{what}so points far off are no outliers for that alone")
+        what = (
+            f": {same:.0%} of neighbouring residuals have the same sign (random noise: 50%), so the model misses real "
+        )
+        yield strong("systematic misfit", f"{what}structure; large residuals are not necessarily bad readings")
     for region, rows in scrutiny.regions.items():
         where = f": {_place(scrutiny.points.isel(direction=rows))}: {region}"
         yield f"far off{where}" if scrutiny.systematic else strong("outliers", where)

@@ -8,7 +8,7 @@ otherwise it is a matrix of all points and values, and the tangent plane holds s
 from gonio.fitting.objective.blocks import in_blocks
 from gonio.fitting.objective.cells.structure import in_cells
 from gonio.fitting.objective.problem import Problem
-from gonio.portable import available_memory
+from gonio.processes.portable import available_memory
 
 NUMBER = 8  # bytes
 PLANES = 5  # matrices of all points and values: the derivative, the same scaled, and what decomposes it

@@ -1,0 +1,132 @@
+"""Every example of every `--help` runs as it stands, in a folder with small files of the names that it uses."""
+
+import shlex
+import shutil
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import typer
+
+from gonio import Problem, catalogue, convert, fit, join, simulate, write
+from gonio.app.program import COMMANDS, EXAMPLES, app
+from gonio.resampling.resample import Filling
+from gonio.resampling.sources import SYMMETRIES
+from stacks import write_stack
+
+PROGRAM = typer.main.get_command(app)
+LINES = [
+    pytest.param(one.line, id=one.line)
+    for name in COMMANDS
+    for one in PROGRAM.get_command(PROGRAM.make_context("gonio", [], resilient_parsing=True), name).examples
+]
+ANGLES = [10.0, 30.0, 50.0]
+CONSTANTS = "DATA:\n  - type: tabulated nk\n    data: |\n      0.5 1.5 0.0\n      0.6 1.6 0.1\n"
+
+
+def painted(seed, sets=(550.0, 650.0), **values):
+    """A scan of a coating at some wavelengths, with noise of a hundredth."""
+    given = {"rho_s": 0.2, "rho_d": 0.1, "width": 0.3} | values
+    theta_r = np.arange(-70, 71, 10.0)
+    scans = [
+        simulate(catalogue["ggx"], given, ANGLES, theta_r, noise=0.01, seed=seed + k, wavelength=one)
+        for k, one in enumerate(sets)
+    ]
+    return join({str(k): scan for k, scan in enumerate(scans)}).drop_vars("scan") if len(scans) > 1 else scans[0]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The files that the examples name; those that they write are not there."""
+    folder = tmp_path_factory.mktemp("examples")
+    scan = painted(1, sets=(650.0,))
+    write(scan, folder / "scan.csv")
+    for seed, name in enumerate(("a", "b")):
+        write(painted(10 * seed), folder / f"{name}.csv")
+    for seed, name in enumerate(("one", "two")):
+        write(painted(100 + seed, sets=(650.0,)), folder / f"{name}.csv")
+    write(painted(200, sets=(650.0,), rho_s=0.0, rho_d=0.001), folder / "blank.csv")
+    smooth = fit(Problem(catalogue["lambert"], scan))
+    convert(scan, folder / "coating.bsdf", to="zemax", filling=Filling(SYMMETRIES, smooth.predict, "lambert"))
+    (folder / "results").mkdir()
+    smooth.save(folder / "results" / "solution.nc")
+    (folder / "coating.yml").write_text(CONSTANTS)
+    return folder
+
+
+@pytest.fixture
+def here(files, tmp_path, monkeypatch):
+    """A copy of the files, where the command runs."""
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """No network, no cluster, and a study of one page: other tests have them whole."""
+    monkeypatch.setattr("gonio.app.commands.fetch.fetch", lambda *_: Path("scan.csv"))
+    monkeypatch.setattr("gonio.app.commands.demo.write_demo", _page)
+
+
+def _page(folder, seed, force, progress):
+    progress(1.0)
+    folder.mkdir(exist_ok=force)
+    (folder / "index.html").write_text(f"seed {seed}")
+    return folder / "index.html"
+
+
+@contextmanager
+def _here(scheduler="", workers=0, preload=()):
+    from gonio.fitting.stack.cluster import Cluster
+
+    yield Cluster(SimpleNamespace(nthreads=lambda: {"here": 1}), "", is_local=True)
+
+
+def _one_after_another(client, run):
+    from gonio.fitting.stack.run import fit_block
+
+    run.begin()
+    for block in run.todo:
+        yield fit_block(run.job, block)
+
+
+def prepare(line, folder, monkeypatch):
+    """What must be there before an example: an earlier one's output where it says --force, a stack."""
+    command = line.split()[1]
+    if command == "fit-stack":
+        pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+        monkeypatch.setattr("gonio.fitting.stack.cluster.connected", _here)
+        monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", _one_after_another)
+        write_stack(folder / "stack.zarr", {"sample": 4})
+    elif command == "fit":
+        shutil.rmtree(folder / "results")
+    elif " coating.bsdf --to" in line:
+        (folder / "coating.bsdf").unlink()
+    elif command == "reduce":
+        (folder / "scan.csv").unlink()
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_an_example_runs_as_it_stands(run, here, alone, monkeypatch, line):
+    prepare(line, here, monkeypatch)
+    words = shlex.split(line)
+    assert words[0] == "gonio"
+    before = set(here.rglob("*"))
+    code, out, err = run(*words[1:])
+    assert code == 0, err
+    assert out
+    writes = [words[words.index(flag) + 1] for flag in ("--out", "--json") if flag in words]
+    assert all(any(path.name.startswith(Path(name).stem) for path in here.iterdir()) for name in writes if name != "-")
+    if words[1] in ("plot", "draw", "convert", "reduce", "demo"):
+        assert set(here.rglob("*")) - before
+
+
+@pytest.mark.parametrize("line", [one.line for one in EXAMPLES])
+def test_the_examples_of_the_program_run(run, here, line):
+    shutil.rmtree(here / "results")
+    code, out, err = run(*shlex.split(line)[1:])
+    assert code == 0, err
+    assert out

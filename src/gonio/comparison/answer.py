@@ -175,9 +175,9 @@ def answer(
     return found.with_record()
 
 
-def _unvalidated(row: Row) -> float:
-    """By what models are ranked where nothing can be left out: AICc, which counts the values that a fit had."""
-    return row.aicc if math.isfinite(row.aicc) else math.inf
+def _unvalidated(row: Row) -> tuple[float, int]:
+    """By what models are ranked where nothing can be left out: AICc, which counts the values; else by their number."""
+    return (row.aicc if math.isfinite(row.aicc) else math.inf), row.free_parameters
 
 
 def _of_all(problem: Problem, raced: Row, asked: Asked) -> Row:

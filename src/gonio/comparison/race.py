@@ -52,5 +52,7 @@ def first_look(problem: Problem) -> float:
 def worth_fitting(looks: Mapping[int, float]) -> list[int]:
     """Of the errors of a first look by place, the places of the models to fit in full, the least error first."""
     order = sorted(looks, key=lambda place: looks[place])
+    if math.isinf(looks[order[-1]]):  # of too few points for some models, those that have enough
+        order = [place for place in order if math.isfinite(looks[place])] or order
     near = [place for place in order if looks[place] <= SPREAD * looks[order[0]]]
     return near[:MOST] if len(near) > FEWEST else order[:FEWEST]

@@ -17,13 +17,11 @@ from gonio.fitting.search.solvers import SearchOptions
 from gonio.options import Option, Panel, one_of
 
 EXAMPLES = (
-    Example("gonio compare scan.csv", "Rank the models of the paper"),
+    Example("gonio compare scan.csv", "Rank the models that come near to the best of all"),
+    Example("gonio compare scan.csv --models ggx,ward,gonio-best", "Rank some models"),
     Example(
-        "gonio compare scan.csv --models ggx,ward,gonio-best --weighting log", "Rank models where the wings matter"
-    ),
-    Example(
-        "gonio compare scan.csv --models lambert,ggx --validate theta_i",
-        "Rank by the error at incidence angles that the fit was not shown",
+        "gonio compare scan.csv --models family --weighting uniform --validate none",
+        "The study of the paper: its models, by the squared error of the fit",
     ),
 )
 

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from gonio.comparison import Row
 
 EXAMPLES = (
-    Example("gonio fit scan.csv --model ggx", "Fit one model: its values, how sure they are, how well it fits"),
-    Example("gonio fit scan.csv --model ggx --weighting log --out results", "Keep the fit and its figures in a folder"),
+    Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
+    Example("gonio fit scan.csv --model ggx --out results", "Fit one model, and keep the fit and its figures"),
     Example(
         "gonio fit scan.csv --model cauchy-lorentz --group ks=theta_i",
         "One ks for each incidence angle, as in the paper",

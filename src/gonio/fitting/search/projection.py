@@ -114,7 +114,7 @@ class Projection:
         return Optimum(vector, best.cost, best.exhausted, reduced.evaluations, np.array(history), rivals=rivals)
 
     def glance(self, problem: Problem) -> float:
-        """The least E that a few rough descents meet: an upper bound near the minimum, in a tenth of a search's time."""
+        """The least E that a few rough descents meet: near to the minimum, in a tenth of the time of a search."""
         relative = RelativeWeights(problem) if problem.logarithmic else Reduced(problem)
         starts = replace(self, searches=GLANCES)._starts(relative) if problem.free_shape else [np.empty(0)]
         vectors = [np.concatenate([relative.solve(s)[0], s]) for s in map(relative.shape, starts)]

@@ -20,6 +20,7 @@ _HOMES = {
     "fit": "gonio.fitting.fitting",
     "fit_many": "gonio.fitting.many.fit_many",
     "join": "gonio.measured.dataset",
+    "plot": "gonio.results.figures",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
     "resample": "gonio.resampling.resample",
@@ -39,6 +40,7 @@ __all__ = [
     "fit",
     "fit_many",
     "join",
+    "plot",
     "published",
     "read",
     "resample",
@@ -62,6 +64,7 @@ if TYPE_CHECKING:
     from gonio.models.publications import published
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
+    from gonio.results.figures import plot
 
 
 def __getattr__(name: str) -> Any:

@@ -63,7 +63,7 @@ class ResamplingOptions:
 
 
 def _predicted(solution: Any, points: "xr.Dataset") -> Any:
-    return solution.predict(points)
+    return solution.brdf(points)
 
 
 def command(

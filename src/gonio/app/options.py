@@ -31,7 +31,9 @@ Scans = Annotated[
     typer.Argument(help=f"measured scans, in any format of `gonio formats` ({NO_PIPES})", show_default=False),
 ]
 ModelName = Annotated[str, typer.Option("--model", help="a model of `gonio models`", show_default=False)]
-ModelArgument = Annotated[str, typer.Argument(help="a model of `gonio models`", show_default=False)]
+ModelArgument = Annotated[
+    str, typer.Argument(help="a model of `gonio models`, or a fit's solution.nc", show_default=False)
+]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="a format of `gonio formats`; else by the suffix")]
 
 Force = Annotated[bool, typer.Option("--force", help="overwrite what is there")]

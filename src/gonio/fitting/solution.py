@@ -172,12 +172,12 @@ class Solution(Readable):
             table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
             if lacking := [c for c in by.split(",") if c not in points.coords]:
                 raise ValueError(
-                    f"{name} was fitted for {by} = {_some(table)}; these directions have no {lacking[0]}: "
+                    f"{name} was fitted for {by} = {some(table)}; these directions have no {lacking[0]}: "
                     f"add it, as in predict(.., {lacking[0]}=..)"
                 )
             labels, place = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
-                raise ValueError(f"{name} was fitted for {by} = {_some(table)}; there is none for {_some(unknown)}")
+                raise ValueError(f"{name} was fitted for {by} = {some(table)}; there is none for {some(unknown)}")
             places[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
         return places
 
@@ -278,7 +278,7 @@ class Solution(Readable):
         return cls(*load(path, model))
 
 
-def _some(names: Iterable[str], most: int = 8) -> str:
+def some(names: Iterable[str], most: int = 8) -> str:
     """The first of many names, and how many more there are."""
     listed = list(names)
     rest = f" and {len(listed) - most} more" if len(listed) > most else ""

@@ -93,11 +93,10 @@ class _Stored:
             raise self.refuse("holds no solution of a fit: its attribute content does not say so")
         attrs = {netcdf.CONTENT: SOLUTION} | {name: self._attribute(name) for name in ATTRIBUTES}
         columns = {n: self._variable(n, v) for n, v in VARIABLES.items() if n in self.stored or not v.optional}
-        columns |= self._points(attrs["points"])
         coords = {name: self._variable(name, variable) for name, variable in COORDINATES.items()}
-        dataset = xr.Dataset(columns, coords=coords, attrs=attrs)
         fitted_model = self._model(str(attrs["model"]), model)
         self._refuse_strange_attributes(attrs)
+        dataset = xr.Dataset(columns | self._points(attrs["points"]), coords=coords, attrs=attrs)
         self._refuse_strange_values(dataset, fitted_model)
         return dataset, fitted_model
 

@@ -102,8 +102,15 @@ def is_logarithmic(solution: Solution) -> bool:
 
 
 def row_of(solution: Solution, scan: xr.Dataset) -> Row:
-    """A stored fit as a row of a ranking of fits to this scan: metrics with weights of 1, no information criteria."""
+    """A stored fit as a row of a ranking of fits to this scan: metrics with weights of 1, no information criteria.
+
+    Raises ValueError for a scan in another unit, or with directions of no group of the fit.
+    """
     points = dataset.points(scan)
+    if dataset.unit(scan) != solution.unit:
+        raise ValueError(
+            f"the fit is in {solution.unit}, and the scan in {dataset.unit(scan)}: they cannot be compared"
+        )
     modelled = solution.brdf(points)
     return Row(
         solution,

@@ -2,14 +2,26 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from gonio import compare
+from gonio.app import arguments
 from gonio.app.options import FigureOptions, ScanOptions, Scans, chosen_models
 from gonio.app.output import progress_bar
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.fitting.solution import Solution
+from gonio.measured.dataset import select
 from gonio.options import Option
+from gonio.results.content import scan_name
+from gonio.results.prediction import row_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+FOUR = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
 
 
 class Figure(StrEnum):
@@ -29,9 +41,7 @@ class DrawingOptions:
     """What is drawn, and how."""
 
     figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
-    models: Annotated[str, Option("names, family (the paper's) or all", metavar="A,B")] = (
-        "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
-    )
+    models: Annotated[str, Option("names, family (the paper's), all, or files of fits", metavar="A,B")] = FOUR
     normalised: Annotated[bool, Option("curves over their specular value")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
 
@@ -44,15 +54,34 @@ def command(
     scan: ScanOptions,
     output: FigureOptions,
 ) -> None:
-    """Draw a scan and the models fitted to it."""
-    from gonio.app.views import figures
+    """Draw a scan, or a fit's solution.nc, with the models fitted to it."""
+    from gonio.app.views import contents, figures
 
-    models, solver, kind = chosen_models(drawing.models), search.chosen(), drawing.figure.value
+    names = arguments.listed(drawing.models)
+    stored = {name: fit for name in names if (fit := contents.fit_named(name)) is not None}
+    models = chosen_models(",".join(name for name in names if name not in stored))
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
-            data = scan.read(path)
-            rows = compare(data, models, solver=solver, progress=progress, **problem.given())
-            ranked[path.stem] = (data, rows)
+            if (solution := contents.fit_in(path)) is not None:
+                data, fits, fitted = _of(path, solution, scan), [solution], drawing.models != FOUR
+                title = scan_name(solution)
+            else:
+                data, fits, fitted, title = scan.read(path), [], True, path.stem
+            rows = [row_of(one, data) for one in (*fits, *stored.values())]
+            if fitted and models:
+                rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
+            ranked[title] = (data, rows)
+    kind = drawing.figure.value
     drawn = figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band)
     output.save(drawn, f"{scans[0].stem}-{kind}")
+
+
+def _of(path: Path, solution: Solution, scan: ScanOptions) -> "xr.Dataset":
+    """The scan that a fit holds, or the set of it that was chosen."""
+    if scan.blocked or scan.floor:
+        raise ValueError(f"{path}: holds the points that were fitted; --blocked and --floor belong to a scan")
+    try:
+        return select(solution.scan, scan.select)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from gonio.app.views.evaluation import EvaluatedModel
+from gonio.app.views.evaluation import Surface
 from gonio.comparison import METRICS, Row
 from gonio.geometry import Geometry
 from gonio.model import Model
@@ -65,9 +65,9 @@ def _errors(ranked: Ranked) -> "Figure":
     return error_bars(errors, angles, metric=METRICS["nrmse"].title)
 
 
-def draw_model(kind: str, surface: EvaluatedModel, theta_i: Sequence[float], stokes: Sequence[float]) -> "Figure":
+def draw_model(kind: str, surface: Surface, theta_i: Sequence[float], stokes: Sequence[float]) -> "Figure":
     """One figure of a model alone at the incidence angles given [deg]; `stokes` is the arriving light of `dolp`."""
-    title = surface.published.title if surface.published else surface.model.title
+    title = surface.title
     if kind == "curves":
         return model_curves(surface.model, {angle: surface.values(angle) for angle in theta_i}, surface.unit, title)
     if len(theta_i) > MOST_PANELS:

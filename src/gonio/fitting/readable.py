@@ -28,13 +28,18 @@ class Readable:
 
     dataset: xr.Dataset
 
+    @property
+    def has_scan(self) -> bool:
+        """Whether the solution holds the points that it was fitted to."""
+        return f"{SCAN}brdf" in self.dataset
+
     @functools.cached_property
     def scan(self) -> xr.Dataset:
         """The points that were fitted, as a flat scan.
 
         ValueError where the solution does not hold them: a lane of `fit_many`, or more than `schema.MOST_KEPT` points.
         """
-        if f"{SCAN}brdf" not in self.dataset:
+        if not self.has_scan:
             raise ValueError(
                 f"this solution does not hold the points that it was fitted to (those of many scans and more than "
                 f"{MOST_KEPT} are not kept): solution.with_scan(scan) has them, and solution.predict(scan) needs none"

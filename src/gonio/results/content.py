@@ -106,11 +106,10 @@ def _range(part: Sequence[Value]) -> Cells:
 
 def _metrics(solution: Solution) -> list[str]:
     """The metric of the weighting with its meaning, and the others."""
-    try:
-        found = solution.metrics
-    except ValueError:  # a fit that does not hold its points still knows E
+    if not solution.has_scan:  # which still knows E
         meaning = "squared error of the logarithm" if is_logarithmic(solution) else METRICS["E"].brief
         return [f"E {figure(solution.cost)} ({meaning}); the others need the scan: solution.with_scan(scan).metrics"]
+    found = solution.metrics
     first = "log10_rmse" if is_logarithmic(solution) else PRIMARY.get(solution.dataset.attrs["weighting"], "E")
     others = ", ".join(f"{METRICS[n].title} {figure(value)}" for n, value in found.items() if n != first)
     return [f"{METRICS[first].title} {figure(found[first])} ({METRICS[first].brief}); {others}"]
@@ -151,7 +150,7 @@ def _undetermined(solution: Solution, found: Sequence[Value]) -> Iterator[str]:
         if count := sum(value.status == NOT_DETERMINED for value in found):
             yield f"the data do not determine {count} of {len(found)} values"
         return
-    farthest = float(solution.scan["theta_r"].max()) if "scan_theta_r" in solution.dataset else 90.0
+    farthest = float(solution.scan["theta_r"].max()) if solution.has_scan else 90.0
     loose = [f"{name(d.name)}: {d.words}" for d in determinations(solution, farthest) if not d.determined]
     yield from loose[:NAMED]
     if len(loose) > NAMED:

@@ -15,7 +15,7 @@ from gonio.app.options import OutputOptions, Scan, ScanOptions, To
 from gonio.app.views import contents, conversion
 from gonio.fitting.objective.options import Weighting
 from gonio.fitting.solution import Solution, some
-from gonio.measured.dataset import SETS, add_history, directions, unit
+from gonio.measured.dataset import SETS, SPECTRAL, add_history, directions, unit
 from gonio.options import Option
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
@@ -55,10 +55,8 @@ class ResamplingOptions:
             return Filling(symmetries)
         stored = contents.fit_named(models[0])
         solution = stored or fit(Problem(catalogue[models[0]], data, weighting=self.weighting))
-        if stored and stored.unit != unit(data):
-            raise ValueError(
-                f"{models[0]}: the fit is in {stored.unit}, and the scan in {unit(data)}: neither fills it"
-            )
+        if stored:
+            _refuse_other(stored, models[0], data)
         values = some(f"{k} {v:.6g}" for k, v in solution.values.items())
         where = f" in {Path(models[0]).name}" if stored else ""
         weighting = solution.dataset.attrs["weighting"]
@@ -70,6 +68,18 @@ class ResamplingOptions:
         resampled = resample(data, directions(read(path)), **steps)
         error = in_words(difference(resampled, data))
         return add_history(resampled, f"at the directions of {path.name}: {error}")
+
+
+def _refuse_other(solution: Solution, name: str, data: "xr.Dataset") -> None:
+    """ValueError for a fit of another unit, wavelength or channel than the data that it is to fill."""
+    if solution.unit != unit(data):
+        raise ValueError(f"{name}: the fit is in {solution.unit}, and the scan in {unit(data)}: it cannot fill it")
+    of_fit = _alone(solution.scan) if solution.has_scan else {}
+    for coordinate, value in _alone(data).items():
+        if coordinate in SPECTRAL and of_fit.get(coordinate, value) != value:
+            raise ValueError(
+                f"{name}: the fit is of {coordinate} {of_fit[coordinate]}, and the scan of {value}: fit that"
+            )
 
 
 def _alone(data: "xr.Dataset") -> dict[str, Any]:

@@ -6,6 +6,7 @@ runs as formulas. Here it becomes harmless; nothing is left out. And names that 
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from textwrap import shorten
 from typing import Generic, TypeVar
 
 
@@ -71,6 +72,9 @@ class NearestNames(dict[str, Entry], Generic[Entry]):
 
     def __repr__(self) -> str:
         width = max(map(len, self), default=0)
-        room = max(LONGEST // max(len(self), 1), width)  # of a line
-        lines = [f"{name:{width}}  {getattr(entry, 'title', '')}".rstrip()[:room] for name, entry in self.items()]
-        return "\n".join([f"{len(self)} entries, each a {self.kind}:", *lines])
+        room = max(LONGEST // max(len(self), 1) - width - 2, 10)  # for the title on each line
+        titles = {
+            name: shorten(str(getattr(entry, "title", "")), room, placeholder=" ..") for name, entry in self.items()
+        }
+        lines = [f"{name:{width}}  {title}".rstrip() for name, title in titles.items()]
+        return "\n".join([f"{len(self)} {self.kind}s:", *lines])

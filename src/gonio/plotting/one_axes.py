@@ -8,7 +8,7 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.plotting.panels import Curve, panel_curves, with_gaps
-from gonio.plotting.style import COLOURS, DASHES, MEASURED, THETA_R, Predictor, quantity_of, value_label
+from gonio.plotting.style import COLOURS, DASHES, MEASURED, THETA_R, Predictor, as_label, quantity_of, value_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ def curves_on(ax: "Axes", scan: xr.Dataset, fits: Fits) -> None:
         ax.plot(curve.theta_r, curve.measured, **MEASURED | {"color": colour}, label=f"θᵢ = {curve.theta_i:g}°")
         for j, (name, predictor) in enumerate(fits.items()):
             style: dict[str, Any] = {"color": colour, "linestyle": DASHES[j % len(DASHES)], "linewidth": 1.2}
-            ax.plot(curve.fine_theta_r, predictor(curve.fine), **style, label=None if k else name)
+            ax.plot(curve.fine_theta_r, predictor(curve.fine), **style, label=None if k else as_label(name))
     measured = np.concatenate([curve.measured for curve in panels])
     if (measured > 0).any():
         ax.set_yscale("log")
@@ -40,7 +40,7 @@ def residuals_on(ax: "Axes", scan: xr.Dataset, fits: Fits) -> None:
     for k, curve in enumerate(panels):
         for j, (name, predictor) in enumerate(fits.items()):
             colour, dashes = COLOURS[k % len(COLOURS)], DASHES[j % len(DASHES)]
-            label = f"θᵢ = {curve.theta_i:g}°" + (f", {name}" if len(fits) > 1 else "")
+            label = f"θᵢ = {curve.theta_i:g}°" + (f", {as_label(name)}" if len(fits) > 1 else "")
             ax.plot(*_relative(curve, predictor), color=colour, linestyle=dashes, linewidth=1.2, label=label)
     ax.axhline(0, color="0.4", linewidth=0.8)
     _finish(ax, "(model − data) / peak [%]")

@@ -66,6 +66,11 @@ def symbol(name: str) -> str:
     return GREEK[letters] + written + bracket + group
 
 
+def as_label(text: str) -> str:
+    """A name from outside as the label of a line: none of it is taken for a formula, or by a terminal or XML."""
+    return printable(text).replace("$", r"\$")
+
+
 def line_style(k: int) -> dict[str, Any]:
     """Colour and dashes of the k-th curve."""
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k % len(DASHES)], "linewidth": 1.5}

@@ -28,6 +28,23 @@ _HOMES = {
     "write": "gonio.formats",
 }
 
+# What is asked for less often, for who looks for it at the top: the error says where it is.
+_BELOW = {
+    "Smooth": "gonio.fitting",
+    "Solution": "gonio.fitting",
+    "band": "gonio.fitting.certainty.band",
+    "bootstrap": "gonio.fitting.certainty.bootstrap",
+    "derived": "gonio.derived",
+    "difference": "gonio.resampling.difference",
+    "fetch": "gonio.archive",
+    "mask": "gonio.measured.masking",
+    "metrics": "gonio.comparison",
+    "profile": "gonio.fitting.certainty.profile",
+    "reduce": "gonio.measured.reduction",
+    "solution_of": "gonio.fitting",
+    "validate": "gonio.comparison",
+}
+
 __all__ = [
     "Geometry",
     "Model",
@@ -72,6 +89,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("gonio")
+    if name in _BELOW:
+        raise AttributeError(f"gonio has no public name {name!r}; one level down: from {_BELOW[name]} import {name}")
     if name not in _HOMES:
         raise AttributeError(f"gonio has no public name {name!r}; it has {', '.join(__all__)}")
     return getattr(importlib.import_module(_HOMES[name]), name)

@@ -62,6 +62,15 @@ def test_public_names_are_not_hidden_by_modules():
     assert callable(gonio.compare)
 
 
+def test_a_name_that_is_one_level_down_is_told():
+    for name, home in gonio._BELOW.items():
+        assert hasattr(importlib.import_module(home), name), name
+        # gonio.derived is a module, which is there once it was imported
+        if name != "derived":
+            with pytest.raises(AttributeError, match=f"one level down: from {home} import {name}"):
+                getattr(gonio, name)
+
+
 def lobe(g, width, height=2.0):
     return height * np.exp(-g.tan_alpha_squared / width**2)
 

@@ -118,6 +118,15 @@ def test_intervals_end_at_the_bounds_of_the_fit():
     assert solution.intervals()["rho_s"][0] < 0  # which is why the table cuts it
 
 
+def test_a_value_at_its_bound_has_no_uncertainty():
+    solution = fit(
+        Problem(catalogue["ggx"], surface(), bounds={"width": (0.3, 0.9)}, held={"index": 1.5, "extinction": 0})
+    )
+    line = next(line for line in str(solution).splitlines() if line.startswith("width"))
+    assert line.split()[:2] == ["width", "0.3"]
+    assert line.endswith("at its bound")
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_table_has_a_row_a_value(fits, kind):
     table = fits[kind].to_dataframe()

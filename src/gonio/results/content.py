@@ -86,7 +86,8 @@ def _rows(found: Sequence[Value]) -> list[Cells]:
 
 def _row(value: Value) -> Cells:
     full = f"{value.parameter}[{value.group}]" if value.by else value.parameter
-    stated = uncertain(value.value, value.uncertainty)
+    # a standard uncertainty has no meaning at a bound
+    stated = f"{value.value:.6g}" if value.status == AT_BOUND else uncertain(value.value, value.uncertainty)
     status = "" if value.status in (FITTED, HELD, NOT_DETERMINED) else value.status  # the value itself says the others
     return name(full), stated, interval(value.low, value.high), unit_label(value.unit), status
 

@@ -17,7 +17,7 @@ PAGE = ROOT / "docs" / "adding-a-model.md"
 def package(tmp_path):
     """A folder with the example as a module and the entry point as an installed package would have it."""
     text = PAGE.read_text(encoding="utf-8")
-    example, entry = re.findall(r"```(?:python|toml)\n(.*?)```", text, flags=re.DOTALL)
+    example, entry, *_ = re.findall(r"```(?:python|toml)\n(.*?)```", text, flags=re.DOTALL)
     assert sum(bool(line.strip()) for line in example.splitlines()) <= 20
     (tmp_path / "example_models.py").write_text(example, encoding="utf-8")
     information = tmp_path / "example-1.0.dist-info"

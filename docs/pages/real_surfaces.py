@@ -65,7 +65,7 @@ class Result:
     def zones(self, model: str) -> dict[str, float]:
         """Where the squared error of a model lies, weighted as in its fit, by angle from the specular direction [%]."""
         row, flat = self.row(model), points(self.scan)
-        error = row.solution.predict(flat) - flat["brdf"].values
+        error = row.solution.brdf(flat) - flat["brdf"].values
         if row.solution.dataset.attrs["weighting"] == "relative":
             error = error / flat["brdf"].values
         theta_r, theta_i = signed_theta_r(flat), flat["theta_i"].values
@@ -165,7 +165,7 @@ def drops_figure(results: dict[str, list[Result]]) -> Any:
 
 def example(result: Result, title: str) -> Any:
     rows = [result.row(name) for name in ("torrance-sparrow", "cauchy-lorentz", "cauchy-lorentz-reciprocal")]
-    fits = {row.model.name: row.solution.predict for row in rows}
+    fits = {row.model.name: row.solution.brdf for row in rows}
     return curves(result.scan, fits, title=title, most=4)
 
 

@@ -20,11 +20,29 @@ _HOMES = {
     "fit": "gonio.comparison.answer",
     "fit_many": "gonio.fitting.many.fit_many",
     "join": "gonio.measured.dataset",
+    "plot": "gonio.results.figures",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
     "resample": "gonio.resampling.resample",
     "simulate": "gonio.measured.simulation",
     "write": "gonio.formats",
+}
+
+# What is asked for less often, for who looks for it at the top: the error says where it is.
+_BELOW = {
+    "Smooth": "gonio.fitting",
+    "Solution": "gonio.fitting",
+    "band": "gonio.fitting.certainty.band",
+    "bootstrap": "gonio.fitting.certainty.bootstrap",
+    "derived": "gonio.derived",
+    "difference": "gonio.resampling.difference",
+    "fetch": "gonio.archive",
+    "mask": "gonio.measured.masking",
+    "metrics": "gonio.comparison",
+    "profile": "gonio.fitting.certainty.profile",
+    "reduce": "gonio.measured.reduction",
+    "solution_of": "gonio.fitting",
+    "validate": "gonio.comparison",
 }
 
 __all__ = [
@@ -39,6 +57,7 @@ __all__ = [
     "fit",
     "fit_many",
     "join",
+    "plot",
     "published",
     "read",
     "resample",
@@ -62,6 +81,7 @@ if TYPE_CHECKING:
     from gonio.models.publications import published
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
+    from gonio.results.figures import plot
 
 
 def __getattr__(name: str) -> Any:
@@ -69,6 +89,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("gonio")
+    if name in _BELOW:
+        raise AttributeError(f"gonio has no public name {name!r}; one level down: from {_BELOW[name]} import {name}")
     if name not in _HOMES:
         raise AttributeError(f"gonio has no public name {name!r}; it has {', '.join(__all__)}")
     return getattr(importlib.import_module(_HOMES[name]), name)

@@ -8,14 +8,16 @@ options and tables are all read from this one declaration.
 import functools
 import importlib
 import inspect
+import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
-from typing import Annotated, Any, Generic, NamedTuple, Protocol, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints
 
 from gonio.arrays import Array, align, constants, is_traced_never
 from gonio.geometry import Geometry
+from gonio.outside import NearestNames as NearestNames
+from gonio.outside import shortened
 
 Term = Callable[..., Array]
 
@@ -49,6 +51,9 @@ PerSteradian = Annotated[Array, TermUnit("sr-1")]
 MuellerPerSteradian = Annotated[Array, TermUnit("sr-1", mueller=True)]
 PerDegree = Annotated[Array, TermUnit("deg-1")]
 Dimensionless = Annotated[Array, TermUnit("1")]
+
+
+TERM_UNITS = ("sr-1", "deg-1", "1")
 
 
 class Sampler(Protocol):
@@ -90,25 +95,69 @@ class Model:
     `violates` names a law of physics that the model breaks and says why; `confidence` is "confirmed" where the
     formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers computed
     from several parameters that data determine better than the parameters themselves.
-    Raises ValueError when two terms declare the same shape parameter differently.
+    `from_function` makes one of a plain function in one line.
+    Raises ValueError for a term that does not declare its unit or an argument, and where two terms declare the same
+    shape parameter differently.
     """
 
     name: str
-    title: str
-    cite: str
-    terms: Mapping[str, Term]
+    title: str = ""
+    cite: str = ""
+    terms: Mapping[str, Term] = field(default_factory=dict)
     violates: Mapping[str, str] = field(default_factory=dict)
     confidence: str = "confirmed"
     combinations: Mapping[str, Callable[[Mapping[str, float]], float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if not self.terms:
+            raise ValueError(
+                f"{self.name} has no terms: give at least one by its weight, as terms={{'kd': lambertian}}"
+            )
+        if not self.title:
+            object.__setattr__(self, "title", self.name)
         declared: dict[str, Parameter] = {}
         for term in self.terms.values():
+            _unit(term)  # for what it refuses, here and not in a fit
             for name, parameter in declarations(term).items():
                 if declared.setdefault(name, parameter) != parameter:
                     raise ValueError(f"{self.name}: two terms declare {name!r} differently")
         if clash := declared.keys() & self.terms.keys():
             raise ValueError(f"{self.name}: {', '.join(sorted(clash))} cannot be both a weight and a shape parameter")
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Term,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        *,
+        units: Mapping[str, str] | None = None,
+        unit: str = "sr-1",
+        weight: str = "scale",
+        name: str = "",
+        title: str = "",
+    ) -> "Model":
+        """A model of one term from a plain function f(geometry, a, b, ..) of a Geometry and shape parameters.
+
+        `Model.from_function(lambda g, width: np.exp(-g.tan_alpha_squared / width**2), {"width": (0.01, 1)})` is
+        f = scale * exp(-tan(alpha)^2/width^2). bounds: lower and upper by argument that no annotation declares.
+        A search starts at the default of the argument, else at the middle of its bounds, the geometric one where both
+        are positive. units: of the arguments, "1" where none is given. unit: of the term, a name of TERM_UNITS.
+        weight: the name of the factor that the fit finds. name: that of the function where none is given.
+        The function gets arrays of NumPy in a fit; those of JAX in `fit_many`, where it has to take its functions from
+        `gonio.arrays.namespace`. Raises ValueError for an argument without bounds and for a unit that no term has.
+        """
+        if unit not in TERM_UNITS:
+            raise ValueError(f"no term has the unit {unit!r}: choose one of {', '.join(TERM_UNITS)}")
+        called = name or getattr(function, "__name__", "model").replace("<lambda>", "model")
+        term = _declared_term(function, called, bounds or {}, units or {})
+        term.__annotations__["return"] = Annotated[Any, TermUnit(unit)]
+        return cls(called, title, terms={weight: term})
+
+    def __repr__(self) -> str:
+        """Name, title and parameters, in at most 300 characters."""
+        shape = [f"{n} {p.lower:g} to {p.upper:g}{f' {p.unit}' * (p.unit != '1')}" for n, p in self.shape.items()]
+        head = f"<Model {self.name}: {self.title}; weights {', '.join(self.weights)}; "
+        return shortened(head, shape or ["no shape parameters"], ">")
 
     def __reduce__(self) -> tuple[Callable[[str, str], "Model"], tuple[str, str]]:
         """A model goes to another process as the place of its declaration, and is the same object when it returns."""
@@ -224,9 +273,56 @@ def declarations(term: Term) -> dict[str, Parameter]:
     for name in list(inspect.signature(term).parameters)[1:]:
         notes = [a for a in get_args(hints.get(name)) if isinstance(a, Parameter)]
         if len(notes) != 1:
-            raise ValueError(f"argument {name!r} of term {term.__name__} needs one Parameter in its annotation")
+            raise ValueError(
+                f"argument {name!r} of term {term.__name__} needs one Parameter in its annotation, or bounds: "
+                f"Model.from_function({term.__name__}, {{{name!r}: (lower, upper)}})"
+            )
         parameters[name] = notes[0]
     return parameters
+
+
+def _declared_term(
+    function: Term, name: str, bounds: Mapping[str, tuple[float, float]], units: Mapping[str, str]
+) -> Term:
+    """The function with a Parameter in the annotation of every argument, as the terms of the catalogue have it."""
+    arguments = list(inspect.signature(function).parameters.values())
+    if not arguments:
+        raise ValueError(f"{name} takes no argument: its first is the Geometry, as in f(geometry, width)")
+    arguments = arguments[1:]
+    if unknown := (bounds.keys() | units.keys()) - {a.name for a in arguments}:
+        have = ", ".join(a.name for a in arguments) or "none beside the Geometry"
+        raise ValueError(f"{name} has no argument {min(unknown)!r}; it has {have}")
+    if unbound := units.keys() - bounds.keys():
+        raise ValueError(f"units name {min(unbound)!r}, and bounds do not: give its bounds too")
+    annotated = get_type_hints(function, include_extras=True) if inspect.isroutine(function) else {}
+
+    @functools.wraps(function)
+    def term(geometry: Geometry, *given: Array, **shape: Array) -> Array:
+        return function(geometry, *given, **shape)
+
+    term.__name__ = name
+    term.__annotations__ = {a.name: _annotation(a, annotated.get(a.name), name, bounds, units) for a in arguments}
+    return term
+
+
+def _annotation(
+    argument: inspect.Parameter,
+    hint: Any,
+    name: str,
+    bounds: Mapping[str, tuple[float, float]],
+    units: Mapping[str, str],
+) -> Any:
+    """The declaration that an argument has, or one of its bounds."""
+    if argument.name not in bounds:
+        if any(isinstance(note, Parameter) for note in get_args(hint)):
+            return hint
+        raise ValueError(f"{name} needs bounds of {argument.name!r}: bounds={{{argument.name!r}: (lower, upper)}}")
+    lower, upper = bounds[argument.name]
+    if not -math.inf < lower <= upper < math.inf:
+        raise ValueError(f"the bounds of {argument.name} are {lower:g} to {upper:g}: give two finite numbers in order")
+    middle = math.sqrt(lower * upper) if lower > 0 else (lower + upper) / 2
+    default = middle if argument.default is inspect.Parameter.empty else float(argument.default)
+    return Annotated[float, Parameter(default, lower, upper, argument.name, units.get(argument.name, "1"))]
 
 
 def depolarising(f: Array) -> Array:
@@ -239,20 +335,8 @@ def _unit(term: Term) -> TermUnit:
     hint: Any = get_type_hints(term, include_extras=True).get("return")
     notes = [a for a in get_args(hint) if isinstance(a, TermUnit)] if get_origin(hint) is Annotated else []
     if len(notes) != 1:
-        raise ValueError(f"term {term.__name__} needs its unit in the return annotation: PerSteradian, PerDegree, ..")
+        raise ValueError(
+            f"term {term.__name__} needs its unit in the return annotation: -> gonio.model.PerSteradian, PerDegree or "
+            f"Dimensionless; or Model.from_function({term.__name__}, ..)"
+        )
     return notes[0]
-
-
-Entry = TypeVar("Entry")
-
-
-class NearestNames(dict[str, Entry], Generic[Entry]):
-    """A mapping by name whose KeyError offers the nearest names."""
-
-    def __init__(self, kind: str, entries: Mapping[str, Entry]) -> None:
-        super().__init__(entries)
-        self.kind = kind
-
-    def __missing__(self, name: str) -> Entry:
-        near = get_close_matches(name, self, n=3, cutoff=0.4) or list(self)
-        raise KeyError(f"no {self.kind} is called {name!r}; nearest: {', '.join(near)}")

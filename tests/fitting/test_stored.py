@@ -39,6 +39,12 @@ FAULTS = {
     "number of points or of values is not one": lambda data: data.assign_attrs(points=-1),
     "fit of 'phongg', which is not in the catalogue": lambda data: data.assign_attrs(model="phongg"),
     "parameters are not those of ggx": lambda data: data.assign_attrs(model="ggx"),
+    "scan_brdf holds not one value for each of the 31 points": lambda data: data.assign_attrs(points=31),
+    "has no variable scan_weight": lambda data: data.drop_vars("scan_weight"),
+    "scan_theta_r is outside 0 to 90 deg": lambda data: data.assign(scan_theta_r=data["scan_theta_r"] + 60),
+    "scan_weight is below zero": lambda data: data.assign(scan_weight=-data["scan_weight"]),
+    "scan_brdf holds what is no number": lambda data: data.assign(scan_brdf=data["scan_brdf"] / 0),
+    "scan_phi has the dimensions": lambda data: data.assign(scan_phi=("step", data["scan_phi"].values[:1])),
     "holds no solution of a fit": lambda data: data.assign_attrs(content="a song"),
 }
 

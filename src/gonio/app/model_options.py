@@ -1,6 +1,8 @@
 """The options of commands that take a model with values given by hand."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from gonio.app import arguments, names
@@ -8,7 +10,7 @@ from gonio.fitting.objective.options import MaterialName, MaterialWavelength
 from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
-    from gonio.app.views.evaluation import EvaluatedModel
+    from gonio.app.views.evaluation import EvaluatedFit, EvaluatedModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +40,19 @@ class SurfaceOptions(ValueOptions):
     published: Annotated[
         str, Option("values that a paper prints for a surface, such as Al or Cu", metavar="NAME", names=names.surfaces)
     ] = ""
+    select: Annotated[
+        Mapping[str, str], Option("use one set of a fit: channel=R", metavar="COORD=VALUE", panel=Panel.DATA)
+    ] = field(default_factory=dict)
 
-    def of(self, model: str) -> "EvaluatedModel":
-        """The model of that name with these values."""
+    def of(self, model: str) -> "EvaluatedModel | EvaluatedFit":
+        """The model of that name with these values, or the fit in the file of that name with its own."""
         from gonio import catalogue
-        from gonio.app.views import evaluation
+        from gonio.app.views import contents, evaluation
 
-        return evaluation.surface(catalogue[model], self.values(), self.published)
+        if (solution := contents.fit_named(model)) is None:
+            if self.select:
+                raise ValueError("--select chooses a set of a fit: give the file of one, or leave it out")
+            return evaluation.surface(catalogue[model], self.values(), self.published)
+        if self.set or self.material or self.published:
+            raise ValueError("--set, --material and --published belong to a model: a fit has its own values")
+        return evaluation.EvaluatedFit.of(Path(model), solution, self.select)

@@ -40,7 +40,7 @@ ModelArgument = Annotated[
     str,
     typer.Argument(
         metavar="MODEL",
-        help="a model of `gonio models`",
+        help="a model of `gonio models`, or the file solution.nc of a fit",
         show_default=False,
         autocompletion=Option("", names=models).completed,
     ),

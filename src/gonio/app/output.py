@@ -10,14 +10,31 @@ from typing import TYPE_CHECKING, Any
 from gonio.app import talk
 from gonio.files import naming, replacing
 from gonio.outside import printable
+from gonio.results.numbers import LEVEL, figure, uncertain
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+__all__ = [
+    "LEVEL",
+    "Plain",
+    "console",
+    "emit_json",
+    "faint",
+    "figure",
+    "finite",
+    "progress_bar",
+    "show",
+    "strong",
+    "table",
+    "uncertain",
+    "warn",
+    "without_infinities",
+]
+
 STANDARD_OUTPUT = Path("standard output")  # what an error calls it, which may go to a file on a full disk
-LEVEL = 0.95  # of the intervals that are shown
 
 
 def console() -> "Console":
@@ -104,24 +121,6 @@ def progress_bar(description: str) -> Iterator[Callable[..., None]]:
         yield done
 
 
-def uncertain(value: float, uncertainty: float, systematic: float = math.nan) -> str:
-    """A value with as many digits as its standard uncertainty gives sense to: two of the uncertainty's own.
-
-    The systematic part follows where there is one.
-    """
-    if math.isnan(uncertainty):
-        return f"{value:.6g} (held)"
-    if not math.isfinite(uncertainty):
-        return f"{value:.4g} (not determined)"
-    parts = [value, uncertainty] + [systematic] * (not math.isnan(systematic))
-    if uncertainty <= 0 or (value == 0 and uncertainty < 1e-300):
-        return " ± ".join([f"{value:.6g}", "0", *(f"{part:.2g}" for part in parts[2:])])
-    digits = max(1 - math.floor(math.log10(uncertainty)), 0)
-    if digits > 6 or max(map(abs, parts)) >= 1e7:
-        return " ± ".join([f"{value:.4e}", *(f"{part:.1e}" for part in parts[1:])])
-    return " ± ".join(f"{part:.{digits}f}" for part in parts)
-
-
 def table(*headings: str, title: str = "", left: int = 1) -> "Table":
     """A table of one line a row; the first `left` columns are text, the others numbers."""
     from rich import box
@@ -144,10 +143,3 @@ def table(*headings: str, title: str = "", left: int = 1) -> "Table":
     for k, heading in enumerate(headings):
         out.add_column(printable(heading), justify="left" if k < left else "right", no_wrap=True, overflow="ellipsis")
     return out
-
-
-def figure(value: float) -> str:
-    """Three significant digits, or a dash for a figure that the data do not allow."""
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e+")

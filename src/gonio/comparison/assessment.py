@@ -62,7 +62,7 @@ def assess(problem: Problem, solution: Solution) -> Row:
     too; only their differences between models of one scan and one weighting mean something. Where parameters are smooth
     they count effective values.
     """
-    modelled = solution.predict(problem.points)
+    modelled = solution.brdf(problem.points)
     weights = None if problem.logarithmic else problem.root_weights**2
     squares = float(problem.scale * solution.cost)
     return Row(

@@ -6,10 +6,14 @@ shape. `Parameters` puts such vectors, and matrices over them, into their places
 
 The same declarations serve `fit`, `fit_many` and the reader of files (`stored`), so that what one writes the others
 accept. A new attribute is one more line in ATTRIBUTES; a file that lacks it is then refused.
+
+A fit of one scan holds the points that it was fitted to as well, so that residuals, metrics and figures need no other
+file: variables along `direction` whose names begin with `scan_`. More than MOST_KEPT points are not kept, nor are those
+of the lanes of `fit_many`.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
@@ -27,6 +31,9 @@ Values = npt.NDArray[Any]
 
 SOLUTION = "gonio solution"  # the value of the attribute `content`, by which a file is known to hold a solution
 PARAMETER, PAIR = ("parameter",), ("parameter", "parameter_b")
+SCAN = "scan_"  # begins the names of what is known of the points that were fitted
+MOST_KEPT = 2**17  # points that a solution holds: some megabytes; a ranking of the whole catalogue holds them 49 times
+PROBLEM = "problem"  # beside the attributes: the problem itself, from which `assembled` takes bounds and points
 
 
 @dataclass(frozen=True)
@@ -51,9 +58,17 @@ VARIABLES: Mapping[str, Variable] = {
     "systematic_shift": Variable(PARAMETER, "f", "the same with its sign, because all values shift together"),
     "at_bound": Variable(PARAMETER, "b", "whether the value is at its bound"),
     "held": Variable(PARAMETER, "b", "whether the value was given and not fitted"),
+    "lower": Variable(PARAMETER, "f", "the least value that the fit allowed", optional=True),
+    "upper": Variable(PARAMETER, "f", "the largest value that the fit allowed", optional=True),
     "covariance": Variable(PAIR, "f", "of random errors; NaN for held values"),
     "history": Variable(("step", "chain"), "f", "best E after each step, with the penalty of smooth parameters"),
     "bootstrap": Variable(("parameter", "draw"), "f", "values of fits to resampled scans", optional=True),
+}
+# Beside these, coordinates of the points by their names after SCAN: angles, sets, and what parameters are grouped by.
+OF_POINTS: Mapping[str, Variable] = {
+    f"{SCAN}brdf": Variable(("direction",), "f", "the measured values that were fitted"),
+    f"{SCAN}weight": Variable(("direction",), "f", "their weights g in eq 11"),
+    f"{SCAN}uncertainty": Variable(("direction",), "f", "the standard uncertainty that the scan states", optional=True),
 }
 COORDINATES: Mapping[str, Variable] = {
     "parameter": Variable(PARAMETER, "U", "the name of the value, with its group in brackets"),
@@ -144,10 +159,15 @@ class Parameters:
 
 
 def problem_attributes(problem: Problem) -> dict[str, Any]:
-    """The attributes that follow from the problem alone, the same for a fit of one scan and for each lane of many.
+    """The attributes of the fit of one scan that follow from its problem, with the problem itself under PROBLEM.
 
-    The problem itself is not stored: its bounds and its functions g1 and g2 are in no Solution.
+    Of the problem `assembled` keeps the bounds and the points. Its functions g1 and g2 are in no Solution.
     """
+    return {**shared_attributes(problem), PROBLEM: problem}
+
+
+def shared_attributes(problem: Problem) -> dict[str, Any]:
+    """The attributes that follow from a problem, the same for a fit of one scan and for each lane of many."""
     return {
         "model": problem.model.name,
         "cite": problem.model.cite,
@@ -161,6 +181,33 @@ def problem_attributes(problem: Problem) -> dict[str, Any]:
         "versions": versions("gonio", "numpy", "scipy"),
         **{f"instrument_{name}": value for name, value in asdict(problem.instrument).items()},
     }
+
+
+def columns_of(problem: Problem) -> dict[str, Values]:
+    """What a solution keeps of its problem: the bounds (n,) of every value, and columns of its points (points,)."""
+    entries = [(entry, label) for entry in problem.entries for label in entry.labels]
+    columns: dict[str, Values] = {
+        "lower": np.array([entry.lower for entry, _ in entries], dtype=float),
+        "upper": np.array([entry.upper for entry, _ in entries], dtype=float),
+    }
+    if problem.points.sizes["direction"] > MOST_KEPT:
+        return columns
+    return columns | points_columns(problem.points, problem.root_weights**2, {c for e, _ in entries for c in e.by})
+
+
+def points_columns(points: xr.Dataset, weights: Values, grouping: Iterable[str] = ()) -> dict[str, Values]:
+    """The columns of a flat scan that a solution keeps.
+
+    grouping: the coordinates that parameters are grouped by, which are kept beside angles and sets.
+    """
+    columns = {f"{SCAN}brdf": points["brdf"].values.astype(float), f"{SCAN}weight": weights}
+    if "uncertainty" in points:
+        columns[f"{SCAN}uncertainty"] = points["uncertainty"].values.astype(float)
+    for name in dict.fromkeys((*dataset.DIRECTIONS, *dataset.SETS, *sorted(grouping))):
+        if name in points.coords:
+            values = points[name].values
+            columns[f"{SCAN}{name}"] = values.astype(float if values.dtype.kind in "fiu" else str)
+    return columns
 
 
 def versions(*packages: str) -> str:
@@ -179,7 +226,7 @@ def assembled(
     columns: value, at_bound, held (n,); history (steps, chains); covariance (n, n) and systematic_shift (n,), which may
     be absent and are NaN then. The uncertainties are made from these two: a standard uncertainty is the square root of
     a variance, on the diagonal of the covariance.
-    attributes: by name; each is converted to its type in ATTRIBUTES.
+    attributes: by name; each is converted to its type in ATTRIBUTES. PROBLEM among them brings `columns_of` it.
     Raises KeyError for a variable or an attribute that is not declared, and for an attribute that has no default and is
     absent.
     """
@@ -190,7 +237,7 @@ def assembled(
     with np.errstate(invalid="ignore"):
         variables.setdefault("uncertainty", np.sqrt(np.diag(variables["covariance"])))
     variables["uncertainty_systematic"] = np.abs(shift)
-    if unknown := variables.keys() - VARIABLES.keys() | attributes.keys() - ATTRIBUTES.keys():
+    if unknown := variables.keys() - VARIABLES.keys() | attributes.keys() - {*ATTRIBUTES, PROBLEM}:
         raise KeyError(f"a solution has no {', '.join(sorted(unknown))}")
     attrs: dict[str, Any] = {CONTENT: SOLUTION}
     for name, (kind, default) in ATTRIBUTES.items():
@@ -198,8 +245,11 @@ def assembled(
         if value is None:
             raise KeyError(f"a solution needs the attribute {name}")
         attrs[name] = kind(value)
+    kept = columns_of(attributes[PROBLEM]) if PROBLEM in attributes else {}
+    variables |= {name: kept.pop(name) for name in ("lower", "upper") if name in kept}
     return xr.Dataset(
-        {name: (VARIABLES[name].dims, variables[name]) for name in VARIABLES if name in variables},
+        {name: (VARIABLES[name].dims, variables[name]) for name in VARIABLES if name in variables}
+        | {name: (("direction",), column) for name, column in kept.items()},
         coords={name: (COORDINATES[name].dims, values) for name, values in coords.items()},
         attrs=attrs,
     )

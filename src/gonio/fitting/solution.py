@@ -4,14 +4,13 @@ A Solution is a Dataset with the declaration of its model beside it. The Dataset
 saved; the methods here are views of it that people ask for, computed on demand. With weights w and terms t, the fitted
 BRDF is f = sum_k w_k t_k(shape) at the values of the Dataset, averaged over the cones of the instrument.
 
-Nothing here knows the scan that was fitted: what needs it, such as residuals and metrics, takes it as an argument or is
-in `comparison` and `certainty`.
+The numbers are here; what people read of a fit, such as reports, tables and figures, is in the base class `Readable`.
 """
 
 import functools
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,11 @@ from scipy.special import ndtri, stdtrit
 from gonio.fitting.objective.entries import group_labels
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.smooth import Smooth
+from gonio.fitting.objective.weighting import WEIGHTINGS
+from gonio.fitting.readable import Readable
+from gonio.fitting.schema import SCAN, points_columns
 from gonio.fitting.status import Status
+from gonio.measured import dataset as scans
 from gonio.measured.dataset import geometry
 from gonio.measured.instrument import Acceptance, Instrument
 from gonio.model import Model
@@ -35,8 +38,8 @@ Places = npt.NDArray[np.intp]
 TOGETHER = 2**16  # directions that are evaluated at once: more take more memory and no less time
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Readable):
     """A fitted model: its declaration, and a Dataset over `parameter` with the content that `fitting.schema` declares.
 
     The dimension `parameter` has a place for each value of the model, held ones too. A parameter with one value for
@@ -175,15 +178,18 @@ class Solution:
                 continue
             # By label, and not by value: labels have six digits, so 632.8 in a file and 632.80000001 are one group.
             table = dict(zip(self.dataset["group"].values[rows].tolist(), rows.tolist(), strict=True))
+            if lacking := [c for c in by.split(",") if c not in points.coords]:
+                raise ValueError(
+                    f"{name} was fitted for {by} = {some(table)}; these directions have no {lacking[0]}: "
+                    f"add it, as in predict(.., {lacking[0]}=..)"
+                )
             labels, place = group_labels(points, by.split(","))
             if unknown := sorted(set(labels) - set(table)):
-                raise ValueError(
-                    f"{name} was fitted for {by} = {', '.join(table)}; there is none for {', '.join(unknown)}"
-                )
+                raise ValueError(f"{name} was fitted for {by} = {some(table)}; there is none for {some(unknown)}")
             places[name] = np.array([table[label] for label in labels], dtype=np.intp)[place]
         return places
 
-    def predict(self, points: xr.Dataset) -> Values:
+    def brdf(self, points: xr.Dataset) -> Values:
         """The fitted BRDF (points,) at the directions of a flat scan, as the instrument of the fit reads it.
 
         Raises ValueError where a direction belongs to no group of the fit.
@@ -198,7 +204,7 @@ class Solution:
         return np.concatenate([np.broadcast_to(f, p.sizes["direction"]) for f, p in zip(brdf, parts, strict=True)])
 
     def components(self, points: xr.Dataset) -> dict[str, Values]:
-        """Every weight times its term (points,), by the name of the weight; their sum is what `predict` gives.
+        """Every weight times its term (points,), by the name of the weight; their sum is what `brdf` gives.
 
         Raises ValueError where a direction belongs to no group of the fit.
         """
@@ -233,8 +239,30 @@ class Solution:
     def _by_name(self) -> list[tuple[str, xr.Dataset]]:
         """The part of the Dataset of each parameter, without the variables that have other dimensions too."""
         names = self.dataset["name"].values
-        flat = self.dataset.drop_dims(["parameter_b", "step", "draw"], errors="ignore")
+        flat = self.dataset.drop_dims(["parameter_b", "step", "draw", "direction"], errors="ignore")
         return [(n, flat.isel(parameter=np.flatnonzero(names == n))) for n in dict.fromkeys(names.tolist())]
+
+    def with_scan(self, scan: xr.Dataset) -> "Solution":
+        """The same solution with the points of the scan that it was fitted to, where it does not hold them.
+
+        Its weights in E are those of the weighting, without g1, g2 and point_weights, which no Solution holds.
+        However many they are, they are kept, and saved.
+        Raises ValueError for a scan of another unit or number of points than the fit had.
+        """
+        points = scans.points(scan)
+        count, fitted = points.sizes["direction"], int(self.dataset.attrs["points"])
+        if count != fitted or scans.unit(scan) != self.unit:
+            raise ValueError(
+                f"the fit is of {fitted} points in {self.unit}, and this scan has {count} in {scans.unit(scan)}: "
+                "give the scan that was fitted, or ask solution.predict(scan) for another"
+            )
+        weighting = WEIGHTINGS[self.dataset.attrs["weighting"]]
+        weights = weighting.weights(points, self.dataset.attrs["noise_floor"])
+        grouping = {c for by in self.dataset["by"].values.tolist() for c in by.split(",") if c}
+        columns = points_columns(points, weights, grouping)
+        old = [str(name) for name in self.dataset.data_vars if str(name).startswith(SCAN)]
+        held = self.dataset.drop_vars(old).assign({name: ("direction", column) for name, column in columns.items()})
+        return replace(self, dataset=held.assign_attrs(data_history=scan.attrs.get("history", "")))
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the solution as NetCDF in the classic format; FileExistsError where the file exists, without `force`.
@@ -256,3 +284,10 @@ class Solution:
         from gonio.fitting.stored import load
 
         return cls(*load(path, model))
+
+
+def some(names: Iterable[str], most: int = 8) -> str:
+    """The first of many names, and how many more there are."""
+    listed = list(names)
+    rest = f" and {len(listed) - most} more" if len(listed) > most else ""
+    return ", ".join(listed[:most]) + rest

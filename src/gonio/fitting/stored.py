@@ -23,9 +23,9 @@ from gonio.files import FormatError, replacing
 from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.fitting.objective.smooth import Smooth
 from gonio.fitting.objective.weighting import WEIGHTINGS
-from gonio.fitting.schema import ATTRIBUTES, COORDINATES, SOLUTION, VARIABLES, Variable
+from gonio.fitting.schema import ATTRIBUTES, COORDINATES, OF_POINTS, SCAN, SOLUTION, VARIABLES, Variable
 from gonio.fitting.status import Status
-from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, RELATIVE
+from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
 
@@ -95,9 +95,9 @@ class _Stored:
         attrs = {netcdf.CONTENT: SOLUTION} | {name: self._attribute(name) for name in ATTRIBUTES}
         columns = {n: self._variable(n, v) for n, v in VARIABLES.items() if n in self.stored or not v.optional}
         coords = {name: self._variable(name, variable) for name, variable in COORDINATES.items()}
-        dataset = xr.Dataset(columns, coords=coords, attrs=attrs)
         fitted_model = self._model(str(attrs["model"]), model)
         self._refuse_strange_attributes(attrs)
+        dataset = xr.Dataset(columns | self._points(attrs["points"]), coords=coords, attrs=attrs)
         self._refuse_strange_values(dataset, fitted_model)
         return dataset, fitted_model
 
@@ -117,6 +117,31 @@ class _Stored:
         except (ValueError, TypeError, OverflowError):  # an array has no one number, and int() takes no NaN or infinity
             fault = f"the attribute {name} is {clip(str(value))!r}, not {'text' if kind is str else 'a number'}"
             raise self.refuse(fault) from None
+
+    def _points(self, count: int) -> dict[str, Any]:
+        """What the file holds of the points that were fitted, `count` of them; nothing where it holds none."""
+        found = [str(name) for name in self.stored.variables if str(name).startswith(SCAN)]
+        if not found:
+            return {}
+        columns = {name: self._variable(name, v) for name, v in OF_POINTS.items() if name in found or not v.optional}
+        for name in (n for n in found if n not in OF_POINTS):
+            kind = "f" if self.stored[name].dtype.kind in "fiu" else "U"
+            columns[name] = self._variable(name, Variable(("direction",), kind, "a coordinate of the points"))
+        if any(len(column[1]) != count for column in columns.values()):
+            raise self.refuse(f"{found[0]} holds not one value for each of the {count} points", found[0])
+        for name in (f"{SCAN}brdf", f"{SCAN}weight", *(f"{SCAN}{n}" for n in NUMBERS)):
+            if name in columns:
+                self._refuse_strange_points(name, columns[name][1])
+        return columns
+
+    def _refuse_strange_points(self, name: str, values: np.ndarray) -> None:
+        """FormatError for values of the fitted points that no fit takes."""
+        if values.dtype.kind != "f" or not (np.abs(values) < LARGEST).all():
+            raise self.refuse(f"{name} holds what is no number of a scan", name)
+        if name.startswith(f"{SCAN}theta") and not ((values >= 0) & (values <= HORIZON)).all():
+            raise self.refuse(f"{name} is outside 0 to 90 deg", name)
+        if name == f"{SCAN}weight" and (values < 0).any():
+            raise self.refuse(f"{name} is below zero", name)
 
     def _variable(self, name: str, declared: Variable) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
         """A variable as a Dataset takes it: dimensions, values in the type of the schema, attributes."""

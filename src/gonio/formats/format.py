@@ -95,3 +95,6 @@ class Format:
     evaluate: Evaluate | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0
+
+    def __repr__(self) -> str:
+        return f"<Format {self.name}: {self.title}>"

@@ -18,6 +18,7 @@ from gonio.plotting.style import (
     Band,
     Predictor,
     angle_ticks,
+    as_label,
     heading,
     house_style,
     line_style,
@@ -80,7 +81,7 @@ def _draw(ax: "Axes", curve: Curve, fits: Mapping[str, Predictor], measured: str
     for k, (name, predictor) in enumerate(fits.items()):
         modelled = predictor(curve.fine)
         scale = at_specular(curve.fine_theta_r, modelled, curve.theta_i) if normalised else 1.0
-        ax.plot(curve.fine_theta_r, modelled / scale, **line_style(k), label=name, zorder=2)
+        ax.plot(curve.fine_theta_r, modelled / scale, **line_style(k), label=as_label(name), zorder=2)
     mark_specular(ax, curve.theta_i)
     angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
 

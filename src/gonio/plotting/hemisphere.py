@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import Geometry
-from gonio.plotting.style import heading, house_style, new_figure, value_label
+from gonio.plotting.style import as_label, heading, house_style, new_figure, value_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +51,7 @@ def hemisphere(
             norm = LogNorm(least, most) if logarithmic and least < most else Normalize(0.0, most)
             mesh, gaps = _coloured(ax, view, norm)
             mark_directions(ax, panels[name][0], dark=gaps)
-            ax.set_title(name, pad=12)
+            ax.set_title(as_label(name), pad=12)
             axes.append(ax)
         figure.colorbar(mesh, ax=axes, label=value_label(unit, quantity), shrink=0.75, pad=0.08)
         heading(figure, title, note, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")

@@ -11,6 +11,7 @@ from gonio.plotting.style import (
     THETA_R,
     Predictor,
     angle_ticks,
+    as_label,
     heading,
     house_style,
     line_style,
@@ -34,7 +35,9 @@ def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "
                 error = predictor(curve.points) - curve.measured
                 positive = curve.measured > 0
                 style = line_style(j) | {"linewidth": 1.2}
-                axes[0, k].plot(*with_gaps(curve.theta_r, 100 * error / curve.measured.max()), **style, label=name)
+                axes[0, k].plot(
+                    *with_gaps(curve.theta_r, 100 * error / curve.measured.max()), **style, label=as_label(name)
+                )
                 relative = 100 * error / np.where(positive, curve.measured, np.nan)
                 axes[1, k].plot(*with_gaps(curve.theta_r, relative), **style)
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")

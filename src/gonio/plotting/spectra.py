@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gonio.plotting.style import heading, house_style, line_style, new_figure, shared_legend, symbol
+from gonio.plotting.style import as_label, heading, house_style, line_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _panel(ax: "Axes", name: str, fits: Mapping[str, Mapping[str, Any]], styles:
             x, y, spread = np.array(sorted(points), dtype=float).T
             determined = np.isfinite(spread)
             x_bars, y_bars = x[determined], y[determined]
-            ax.plot(x, y, **style, label=text)
+            ax.plot(x, y, **style, label=as_label(text))
             ax.errorbar(x_bars, y_bars, spread[determined], fmt="o", markersize=3, capsize=2, color=style["color"])
             ax.plot(x[~determined], y[~determined], "o", markersize=4, markerfacecolor="white", color=style["color"])
     unit = unit_label(str(next(iter(fits.values()))["unit"])) or "1"

@@ -1,5 +1,6 @@
 """The style of every figure: colours that colour-blind readers can distinguish, units on every axis, PNG and SVG."""
 
+import io
 import textwrap
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
@@ -63,6 +64,11 @@ def symbol(name: str) -> str:
         return name
     written = rf"$_\mathrm{{{index}}}$" if index.isalnum() else f"_{index}" * bool(index)
     return GREEK[letters] + written + bracket + group
+
+
+def as_label(text: str) -> str:
+    """A name from outside as the label of a line: none of it is taken for a formula, or by a terminal or XML."""
+    return printable(text).replace("$", r"\$")
 
 
 def line_style(k: int) -> dict[str, Any]:
@@ -129,7 +135,7 @@ def heading(figure: "Figure", *parts: str) -> None:
         else:
             lines += textwrap.wrap(part, room) or [part]
     if lines:
-        figure.suptitle("\n".join(lines), fontsize=10)
+        figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)  # a name may hold $
 
 
 def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"), force: bool = False) -> list[Path]:
@@ -143,6 +149,16 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
             with replacing(target, force) as temporary:
                 figure.savefig(temporary, metadata={"Date": None} if target.suffix == ".svg" else None)
     return targets
+
+
+def svg(figure: "Figure") -> str:
+    """The figure as one `<svg>` element, for a page that holds it."""
+    _make_printable(figure)
+    buffer = io.StringIO()
+    with house_style():
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :].strip()
 
 
 def _make_printable(figure: "Figure") -> None:

@@ -87,6 +87,6 @@ def test_the_band_is_read_by_the_instrument_of_the_fit():
     seen = Instrument(detector_half_angle=5.0)
     solution = fit(Problem(MODEL, scan(), weighting="relative", instrument=seen))
     found = band(solution, points(ELSEWHERE))
-    np.testing.assert_allclose(found["brdf"].values, solution.predict(points(ELSEWHERE)), rtol=1e-12)
+    np.testing.assert_allclose(found["brdf"].values, solution.brdf(points(ELSEWHERE)), rtol=1e-12)
     bare = MODEL(dataset.geometry(points(ELSEWHERE)), solution.values)
     assert np.abs(found["brdf"].values / bare - 1).max() > 1e-3

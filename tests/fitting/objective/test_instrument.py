@@ -65,10 +65,10 @@ def test_whatever_stands_beside_the_scan_is_seen_through_the_instrument(tmp_path
     loaded = Solution.load(tmp_path / "solution.nc")
     assert loaded.instrument == SEEN
     vector = np.array([solution.values[name] for name in problem.names])
-    np.testing.assert_allclose(loaded.predict(problem.points), problem.brdf(vector), rtol=1e-12)
+    np.testing.assert_allclose(loaded.brdf(problem.points), problem.brdf(vector), rtol=1e-12)
     assert assess(problem, loaded).metrics["delta"] == pytest.approx(0.01, rel=0.2)
     # the curve itself, deconvolved, is what the model alone says
-    assert np.max(model(problem.geometry, loaded.values) / loaded.predict(problem.points)) > 1.3
+    assert np.max(model(problem.geometry, loaded.values) / loaded.brdf(problem.points)) > 1.3
     options = {"weighting": "relative", "left_out": "theta_i"}
     (seeing,) = compare(data, [model], **options, instrument=SEEN)
     (blind,) = compare(data, [model], **options)

@@ -321,6 +321,6 @@ def test_curves_and_predictions_of_a_table(monkeypatch):
     assert order == sorted(order)
     assert metrics_by_incidence(scan, scan["brdf"].values) == {} or len(np.unique(scan["theta_i"].values)) <= 1000
     solution = fit(Problem(catalogue["torrance-sparrow"], scan))
-    whole = solution.predict(scan)
+    whole = solution.brdf(scan)
     monkeypatch.setattr("gonio.fitting.solution.TOGETHER", 1000)
-    np.testing.assert_array_equal(solution.predict(scan), whole)
+    np.testing.assert_array_equal(solution.brdf(scan), whole)

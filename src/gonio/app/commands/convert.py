@@ -1,20 +1,23 @@
 """`gonio convert`: a file written in another format, and the error that this costs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import numpy as np
 import typer
 
 from gonio import Problem, catalogue, convert, fit, read, resample
 from gonio.app import arguments, names
 from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions, Scan, ScanOptions, To
-from gonio.app.views import conversion
+from gonio.app.views import contents, conversion
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.options import Weighting
-from gonio.measured.dataset import add_history, directions
+from gonio.fitting.solution import Solution, some
+from gonio.measured.dataset import SETS, SPECTRAL, add_history, directions, unit
 from gonio.options import Option, Panel
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
@@ -56,8 +59,8 @@ class ResamplingOptions:
     fill: Annotated[
         str,
         Option(
-            "fill missing directions by symmetry, by a fitted model, or by both: symmetry,ggx",
-            metavar="symmetry|MODEL",
+            "fill missing directions by symmetry, by a model or the file of a fit, or by both: symmetry,ggx",
+            metavar="symmetry|MODEL|FIT",
             names=names.symmetry_or_models,
         ),
     ] = ""
@@ -78,11 +81,15 @@ class ResamplingOptions:
             raise ValueError(f"--fill names {len(models)} models, {' and '.join(models)}: one fills the gaps")
         if not models:
             return Filling(symmetries)
-        problem = Problem(catalogue[models[0]], data, weighting=self.weighting)
-        solution = fit(problem)
-        values = ", ".join(f"{k} {v:.6g}" for k, v in solution.values.items())
-        words = f"{models[0]} fitted with {problem.weighting} weighting ({values}; {solution.status})"
-        return Filling(symmetries, partial(_predicted, solution), words)
+        stored = contents.fit_named(models[0])
+        solution = stored or fit(Problem(catalogue[models[0]], data, weighting=self.weighting))
+        if stored:
+            _refuse_other(stored, models[0], data)
+        values = some(f"{k} {v:.6g}" for k, v in solution.values.items())
+        where = f" in {Path(models[0]).name}" if stored else ""
+        weighting = solution.dataset.attrs["weighting"]
+        words = f"{solution.model.name} fitted{where} with {weighting} weighting ({values}; {solution.status})"
+        return Filling(symmetries, partial(_predicted, solution, models[0], _alone(data)), words)
 
     def onto_file(self, data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":
         """The data at the directions of another file, the error of that in the history."""
@@ -91,8 +98,31 @@ class ResamplingOptions:
         return add_history(resampled, f"at the directions of {path.name}: {error}")
 
 
-def _predicted(solution: Any, points: "xr.Dataset") -> Any:
-    return solution.predict(points)
+def _refuse_other(solution: Solution, name: str, data: "xr.Dataset") -> None:
+    """ValueError for a fit of another unit, wavelength or channel than the data that it is to fill."""
+    if solution.unit != unit(data):
+        raise ValueError(f"{name}: the fit is in {solution.unit}, and the scan in {unit(data)}: it cannot fill it")
+    of_fit = _alone(solution.scan) if solution.has_scan else {}
+    for coordinate, value in _alone(data).items():
+        if coordinate in SPECTRAL and of_fit.get(coordinate, value) != value:
+            raise ValueError(
+                f"{name}: the fit is of {coordinate} {of_fit[coordinate]}, and the scan of {value}: fit that"
+            )
+
+
+def _alone(data: "xr.Dataset") -> dict[str, Any]:
+    """The one channel, wavelength .. that all values of a scan have, of each kind of set that it names."""
+    values = {name: np.unique(data[name].values) for name in SETS if name in data.coords}
+    return {name: found[0] for name, found in values.items() if len(found) == 1}
+
+
+def _predicted(solution: Solution, name: str, alone: Mapping[str, Any], points: "xr.Dataset") -> Any:
+    """The fit at directions, of which those of one set do not say which it is."""
+    said = {c: ("direction", np.full(points.sizes["direction"], v)) for c, v in alone.items() if c not in points.coords}
+    try:
+        return solution.brdf(points.assign_coords(said))
+    except ValueError as error:  # a fit of other wavelengths or channels
+        raise ValueError(f"{name}: {error}") from error
 
 
 def command(

@@ -1,6 +1,7 @@
 """`gonio draw`: a model alone as curves, over the hemisphere, or its polarisation."""
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 from gonio.app import arguments
@@ -47,4 +48,4 @@ def command(
     drawn = figures.draw_model(
         figure.value, surface.of(model), arguments.incidence_angles(theta_i), arguments.stokes(stokes)
     )
-    output.save(drawn, f"{model}-{figure.value}")
+    output.save(drawn, f"{Path(model).stem}-{figure.value}")

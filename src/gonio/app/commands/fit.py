@@ -97,11 +97,12 @@ def _write(folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -
     from gonio.app.views import figures
     from gonio.plotting.profiles import profiles
     from gonio.plotting.style import save
+    from gonio.results.figures import has_spectra
 
     solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
     solution.save(folder / "solution.nc")
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (solution.dataset.attrs["solver"] == "anneal")
-    kinds += ["spectra"] * figures.has_spectra(solution)
+    kinds += ["spectra"] * has_spectra(solution)
     for kind in kinds:
         drawn = figures.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
         save(drawn, folder / kind)

@@ -2,15 +2,24 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from gonio import compare
+from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import FigureOptions, ModelNames, ScanOptions, Scans, chosen_models
 from gonio.app.output import progress_bar
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.fitting.solution import Solution
+from gonio.measured.dataset import select
 from gonio.options import Option, Panel
+from gonio.results.content import scan_name
+from gonio.results.prediction import row_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 EXAMPLES = (
     Example("gonio plot scan.csv", "Draw the scan and four models fitted to it"),
@@ -20,6 +29,7 @@ EXAMPLES = (
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
     ),
 )
+FOUR = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
 
 
 class Figure(StrEnum):
@@ -40,7 +50,7 @@ class DrawingOptions:
 
     PANEL: ClassVar = Panel.FIGURE
     figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
-    models: ModelNames = "torrance-sparrow,wang-2016,liu-2016,cauchy-lorentz"
+    models: ModelNames = FOUR
     normalised: Annotated[bool, Option("divide each curve by its value at the specular angle")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
 
@@ -53,15 +63,34 @@ def command(
     scan: ScanOptions,
     output: FigureOptions,
 ) -> None:
-    """Draw a scan and the models fitted to it."""
-    from gonio.app.views import figures
+    """Draw a scan, or a fit's solution.nc, with the models fitted to it."""
+    from gonio.app.views import contents, figures
 
-    models, solver, kind = chosen_models(drawing.models), search.chosen(), drawing.figure.value
+    names = arguments.listed(drawing.models)
+    stored = {name: fit for name in names if (fit := contents.fit_named(name)) is not None}
+    models = chosen_models(",".join(name for name in names if name not in stored))
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
-            data = scan.read(path)
-            rows = compare(data, models, solver=solver, progress=progress, **problem.given())
-            ranked[path.stem] = (data, rows)
+            if (solution := contents.fit_in(path)) is not None:
+                data, fits, fitted = _of(path, solution, scan), [solution], drawing.models != FOUR
+                title = scan_name(solution)
+            else:
+                data, fits, fitted, title = scan.read(path), [], True, path.stem
+            rows = [row_of(one, data) for one in (*fits, *stored.values())]
+            if fitted and models:
+                rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
+            ranked[title] = (data, rows)
+    kind = drawing.figure.value
     drawn = figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band)
     output.save(drawn, f"{scans[0].stem}-{kind}")
+
+
+def _of(path: Path, solution: Solution, scan: ScanOptions) -> "xr.Dataset":
+    """The scan that a fit holds, or the set of it that was chosen."""
+    if scan.blocked or scan.floor:
+        raise ValueError(f"{path}: holds the points that were fitted; --blocked and --floor belong to a scan")
+    try:
+        return select(solution.scan, scan.select)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

@@ -8,14 +8,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gonio.app.flags import MOST_CHARACTERS
 from gonio.app.output import LEVEL, figure, strong, table
 from gonio.app.views import file
 from gonio.app.views.fit import provisos, values
+from gonio.files import FormatError
 from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.fitting.solution import Solution
 from gonio.fitting.stored import is_solution
 from gonio.measured.stack import foreign_dims
 from gonio.measured.stack_store import is_store, open_stack
+from gonio.models import catalogue
+from gonio.outside import printable
 from gonio.units import unit_label
 
 
@@ -25,6 +29,27 @@ def fit_in(path: Path) -> Solution | None:
     Raises FormatError, with the byte offset, for a damaged file.
     """
     return Solution.load(path) if is_solution(path) else None
+
+
+FIT_SUFFIX = ".nc"
+
+
+def fit_named(name: str) -> Solution | None:
+    """The fit in the file of that name, where a model may be named too; None for a model, and where no file is meant.
+
+    Raises FormatError for a file that holds no fit, and FileNotFoundError where a name that can only be a file's is of
+    none.
+    """
+    if name in catalogue:
+        return None
+    path = Path(name)
+    if len(name) < MOST_CHARACTERS and path.exists():
+        if (solution := fit_in(path)) is None:
+            raise FormatError(path, "holds no fit: give a model of gonio models, or what gonio fit --out writes")
+        return solution
+    if path.suffix == FIT_SUFFIX or len(path.parts) > 1:
+        raise FileNotFoundError(f"{printable(name)}: there is no such file, and no model of that name")
+    return None
 
 
 def stack_in(path: Path) -> xr.Dataset | None:

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Union
 
 import numpy as np
 
 from gonio.app import output
+from gonio.fitting.solution import Solution, some
 from gonio.geometry import Geometry
+from gonio.measured import dataset
 from gonio.model import Model
 from gonio.models.publications import Published
 from gonio.models.publications import published as surfaces
@@ -15,6 +18,7 @@ from gonio.polarisation import angle_of_linear_polarisation, degree_of_linear_po
 from gonio.units import unit_label
 
 Place = tuple[float, float, float]
+Surface = Union["EvaluatedModel", "EvaluatedFit"]
 
 
 @dataclass(frozen=True)
@@ -29,9 +33,85 @@ class EvaluatedModel:
     def unit(self) -> str:
         return self.published.unit if self.published else "sr-1"
 
+    @property
+    def title(self) -> str:
+        """What a figure of it is called."""
+        return self.published.title if self.published else self.model.title
+
     def values(self, theta_i: float) -> dict[str, float]:
         """Values at an incidence angle [deg]; what was given by hand comes before what the paper printed."""
         return {**(self.published.at(theta_i) if self.published else {}), **self.given}
+
+
+@dataclass(frozen=True)
+class EvaluatedFit:
+    """A fit, and the set of directions that it is asked for: a channel, a wavelength, a sample.
+
+    Its values are those of the surface itself, without the instrument that was folded into the fit.
+    """
+
+    file: Path
+    solution: Solution
+    choice: Mapping[str, str]
+
+    @classmethod
+    def of(cls, file: Path, solution: Solution, choice: Mapping[str, str]) -> "EvaluatedFit":
+        """ValueError where the fit has several sets and none is chosen, or one that it does not have."""
+        known = labels_of(solution)
+        sets = {name: labels for name, labels in known.items() if name != "theta_i"}
+        if strange := [name for name in sets if name not in dataset.SETS]:
+            raise ValueError(f"{file}: has one value for each {strange[0]!r}, of which a direction has none")
+        if unknown := [name for name in choice if name not in sets]:
+            have = ", ".join(sets) or "one set alone"
+            raise ValueError(f"{file}: the fit has no {unknown[0]} to select; it has {have}")
+        chosen = {}
+        for name, labels in sets.items():
+            wanted = choice.get(name, labels[0] if len(labels) == 1 else "")
+            if wanted not in labels:
+                what = f"no {name} is {wanted}" if wanted else f"holds {len(labels)} sets"
+                raise ValueError(f"{file}: {what}; choose one by --select {name}=VALUE: {some(labels)}")
+            chosen[name] = wanted
+        return cls(file, solution, chosen)
+
+    @property
+    def model(self) -> Model:
+        """The model that was fitted."""
+        return self.solution.model
+
+    @property
+    def published(self) -> None:
+        """A fit is of no paper."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of the data."""
+        return self.solution.unit
+
+    @property
+    def title(self) -> str:
+        """What a figure of it is called."""
+        return ", ".join([f"{self.model.name} fitted, {self.file.name}", *(f"{k} {v}" for k, v in self.choice.items())])
+
+    def values(self, theta_i: float) -> dict[str, float]:
+        """Values at an incidence angle [deg]; ValueError for one of no group of the fit."""
+        sets = {n: np.array([float(v) if n == "wavelength" else v]) for n, v in self.choice.items()}
+        direction = dataset.make_scan([theta_i], [0.0], [0.0], coordinates=sets)
+        try:
+            return {name: float(np.ravel(value)[0]) for name, value in self.solution.at(direction).items()}
+        except ValueError as error:
+            raise ValueError(f"{self.file}: {error}") from error
+
+
+def labels_of(solution: Solution) -> dict[str, list[str]]:
+    """The labels of each coordinate that values of a fit are grouped by, in their order."""
+    labels: dict[str, dict[str, None]] = {}
+    for by, group in zip(
+        solution.dataset["by"].values.tolist(), solution.dataset["group"].values.tolist(), strict=True
+    ):
+        names = by.split(",") if by else []
+        for name, label in zip(names, group.split(",", max(len(names) - 1, 0)), strict=False):
+            labels.setdefault(name, {})[label] = None
+    return {name: list(found) for name, found in labels.items()}
 
 
 def surface(model: Model, given: Mapping[str, float], published: str) -> EvaluatedModel:
@@ -46,14 +126,12 @@ def surface(model: Model, given: Mapping[str, float], published: str) -> Evaluat
     return EvaluatedModel(model, given, chosen)
 
 
-def evaluate(
-    surface: EvaluatedModel, places: Sequence[Place], stokes: Sequence[float] | None = None
-) -> list[dict[str, Any]]:
+def evaluate(surface: Surface, places: Sequence[Place], stokes: Sequence[float] | None = None) -> list[dict[str, Any]]:
     """One record a place: the value; for a polarised model its Mueller matrix; with `stokes` the light that leaves."""
     return [_evaluate(surface, place, stokes) for place in places]
 
 
-def _evaluate(surface: EvaluatedModel, place: Place, stokes: Sequence[float] | None) -> dict[str, Any]:
+def _evaluate(surface: Surface, place: Place, stokes: Sequence[float] | None) -> dict[str, Any]:
     geometry, values = Geometry.from_degrees(*place), surface.values(place[0])
     found: dict[str, Any] = {"value": float(surface.model(geometry, values))}
     if surface.model.polarised or stokes is not None:
@@ -67,7 +145,7 @@ def _evaluate(surface: EvaluatedModel, place: Place, stokes: Sequence[float] | N
     return found
 
 
-def record(surface: EvaluatedModel, places: Sequence[Place], records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def record(surface: Surface, places: Sequence[Place], records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The evaluation as plain data."""
     text = "1/sr" if surface.unit == "sr-1" else surface.unit
     out = {"model": surface.model.name, "at": places, "values": [r["value"] for r in records], "unit": text}
@@ -77,7 +155,7 @@ def record(surface: EvaluatedModel, places: Sequence[Place], records: Sequence[M
     return out
 
 
-def table(surface: EvaluatedModel, places: Sequence[Place], records: Sequence[Mapping[str, Any]]) -> Any:
+def table(surface: Surface, places: Sequence[Place], records: Sequence[Mapping[str, Any]]) -> Any:
     """The evaluation for people."""
     angles = ("theta_i [deg]", "theta_r [deg]", "phi [deg]")
     unit = unit_label(surface.unit)

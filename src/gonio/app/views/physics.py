@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from gonio.app.output import figure, strong, warn
 from gonio.app.views import contents
+from gonio.app.views.evaluation import labels_of
 from gonio.fitting import Solution
 from gonio.formats import read
 from gonio.geometry import Geometry
@@ -47,6 +48,7 @@ def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked
             if finding.severity is Severity.WARNING:
                 warn(path, finding)
         return {path.name: of_scan(scan)}
+    contents.fit_named(target)  # for what it refuses: a name that can only be that of a file
     return _of_model(catalogue[target], values, samples)
 
 
@@ -84,11 +86,8 @@ def _of_solution(path: Path, solution: Solution) -> Checked:
 
     Raises ValueError for a fit whose groups are of other coordinates, of which a direction has no value.
     """
-    labels: dict[str, set[str]] = {}
-    for by, group in zip(solution.dataset["by"].values, solution.dataset["group"].values, strict=True):
-        for coordinate, label in zip(str(by).split(","), str(group).split(","), strict=True):
-            labels.setdefault(coordinate, set()).add(label)
-    if strange := sorted(set(labels) - {"", "theta_i", *dataset.SETS}):
+    labels = labels_of(solution)
+    if strange := sorted(set(labels) - {"theta_i", *dataset.SETS}):
         raise ValueError(
             f"{path}: has one value for each {strange[0]!r}: a check knows groups of theta_i and of sets alone"
         )

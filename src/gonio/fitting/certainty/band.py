@@ -74,7 +74,7 @@ def propagate(
 def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
     """The fitted BRDF at the directions of a flat scan, as a scan with `uncertainty` and `uncertainty_systematic`.
 
-    It is the BRDF as the instrument of the fit reads it, the values of `Solution.predict`, in the unit of the fit. The
+    It is the BRDF as the instrument of the fit reads it, the values of `Solution.brdf`, in the unit of the fit. The
     uncertainty is that of the curve, not of a further measurement there, which has noise of its own.
     Raises ValueError where a direction belongs to no group of the fit.
     """

@@ -14,7 +14,7 @@ import xarray as xr
 from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.reading import FITTED, LaneBlock
 from gonio.fitting.objective.problem import Problem
-from gonio.fitting.schema import ATTRIBUTES, COORDINATES, Parameters, assembled, problem_attributes
+from gonio.fitting.schema import ATTRIBUTES, COORDINATES, Parameters, assembled, shared_attributes
 from gonio.fitting.solution import Solution
 from gonio.fitting.status import MINIMA, STATUSES, Status, code
 from gonio.measured.stack import StackLanes
@@ -119,7 +119,7 @@ class Results:
             data["uncertainty"] = ((*dims, "parameter"), uncertainty)
         of_stack = {str(n): c.variable for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(dims)}
         coords = {name: (COORDINATES[name].dims, column) for name, column in parameters.coords.items()}
-        attrs = problem_attributes(problem) | {"data_history": stack.attrs.get("history", "")}
+        attrs = shared_attributes(problem) | {"data_history": stack.attrs.get("history", "")}
         fits = xr.Dataset(data, coords=of_stack | coords, attrs=attrs)
         fits["status"].attrs = {  # the CF convention for a variable of numbers that stand for words
             "flag_values": np.arange(len(STATUSES), dtype=np.int8),

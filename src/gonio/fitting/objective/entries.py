@@ -16,6 +16,7 @@ import xarray as xr
 from gonio.geometry import Geometry
 from gonio.measured.distinct import combined, distinct, first_of
 from gonio.model import Model
+from gonio.outside import shortened
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -176,6 +177,19 @@ def summed(entries: Sequence[Entry], basis: Mapping[str, Values], vector: Values
         total += weights[entry.group] * basis[entry.name]
         at += entry.size if entry.held is None else 0
     return total
+
+
+def described(model: Model, entries: Sequence[Entry], unit: str, weighting: str) -> str:
+    """A problem in at most 300 characters: its model, how many points, and what becomes of every parameter."""
+    of_parameters = []
+    for entry in entries:
+        held = "" if entry.held is None else f" held at {entry.held[0]:g}" if entry.size == 1 else " held"
+        by = f" by {'+'.join(entry.by)}" if entry.by else ""
+        of_parameters.append(f"{entry.name}{held}{by}")
+    points = len(entries[0].group)
+    return shortened(
+        f"<Problem: {model.name} to {points} points in {unit}, {weighting} weighting; ", of_parameters, ">"
+    )
 
 
 SOMEWHERE = (30.0, 40.0, 170.0)  # deg; directions at which every model has a value

@@ -25,6 +25,7 @@ from gonio.fitting.objective.axes import Axes
 from gonio.fitting.objective.entries import (
     Entry,
     Places,
+    described,
     designed,
     groups,
     held_values,
@@ -83,6 +84,9 @@ class Problem(ProblemOptions):
         _ = self.root_weights  # this and the acceptance refuse what they cannot take, and should do so before a search
         if self.instrument:
             _ = self.acceptance
+
+    def __repr__(self) -> str:
+        return described(self.model, self.entries, dataset.unit(self.data), self.weighting)
 
     def _refuse_no_scan(self) -> None:
         """ValueError for data that no model can be fitted to."""

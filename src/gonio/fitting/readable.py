@@ -1,0 +1,122 @@
+"""What people ask of a fit: its points and predictions, its residuals and metrics, tables, reports and figures.
+
+A fit of one scan keeps the points that it was fitted to (`scan`). What is computed with the rooms above this one is in
+`gonio.results`: a solution finds these functions there by their names, on first use, as `gonio` finds its public names.
+So a report knows solutions, and a solution depends on no report, on Matplotlib or on pandas.
+"""
+
+import functools
+import importlib
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from gonio.fitting.schema import MOST_KEPT, SCAN
+from gonio.geometry import Geometry
+from gonio.measured import dataset as scans
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+class Readable:
+    """The part of a Solution that people read; `dataset` is as `fitting.schema` declares it."""
+
+    dataset: xr.Dataset
+
+    @property
+    def has_scan(self) -> bool:
+        """Whether the solution holds the points that it was fitted to."""
+        return f"{SCAN}brdf" in self.dataset
+
+    @functools.cached_property
+    def scan(self) -> xr.Dataset:
+        """The points that were fitted, as a flat scan.
+
+        ValueError where the solution does not hold them: a lane of `fit_many`, or more than `schema.MOST_KEPT` points.
+        """
+        if not self.has_scan:
+            raise ValueError(
+                f"this solution does not hold the points that it was fitted to (those of many scans and more than "
+                f"{MOST_KEPT} are not kept): solution.with_scan(scan) has them, and solution.predict(scan) needs none"
+            )
+        kept = {str(n).removeprefix(SCAN): v for n, v in self.dataset.data_vars.items() if str(n).startswith(SCAN)}
+        kept.pop("weight")
+        coords = {name: kept.pop(name) for name in list(kept) if name not in ("brdf", "uncertainty")}
+        history = str(self.dataset.attrs["data_history"])
+        simulated = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)
+        scan = xr.Dataset(
+            {name: (v.dims, v.values, {"units": self.dataset.attrs["unit"]}) for name, v in kept.items()},
+            coords={
+                n: (v.dims, v.values, {"units": "degree"} if n in scans.DIRECTIONS else {}) for n, v in coords.items()
+            },
+            attrs={"history": history} | ({"simulated": simulated[1]} if simulated else {}),
+        )
+        if "wavelength" in scan.coords:
+            scan["wavelength"].attrs["units"] = "nm"
+        return scan
+
+    def predict(self, where: "xr.Dataset | Geometry", **coordinates: Any) -> xr.DataArray:
+        """The fitted BRDF [unit of the fit] at directions, as the instrument of the fit reads it.
+
+        where: a scan, or a Dataset of directions, flat or on a grid; or a Geometry of any shape. coordinates: values of
+        `wavelength`, `channel`, `scan` .. that the directions do not say themselves, one for all of them.
+        Returns a DataArray on the dimensions of the scan with its coordinates, NaN where a node is below the horizon.
+        Raises ValueError where a direction belongs to no group of the fit, or does not say to which one.
+        """
+        return _reader("predicted")(self, where, coordinates)
+
+    @property
+    def residuals(self) -> xr.DataArray:
+        """The fitted BRDF less the measured one (points,) [unit of the fit], with the coordinates of the points.
+
+        Raises ValueError where the solution does not hold its scan; so do `metrics` and `plot`.
+        """
+        return _reader("residuals")(self)
+
+    @functools.cached_property
+    def metrics(self) -> dict[str, float]:
+        """The figures of merit of `comparison.METRICS` by name, over the points that were fitted."""
+        return _reader("metrics_of")(self)
+
+    def to_dataframe(self) -> "DataFrame":
+        """A pandas DataFrame of one row a value: `parameter`, `set`, `value`, `unit`, `standard uncertainty`, `low`,
+        `high` and `status`.
+
+        set: the group of the value, as `theta_i=30`, empty for a value that holds everywhere. low, high: the 95 %
+        interval within the bounds of the fit. status: fitted, at its bound, not determined or held.
+        Raises ImportError where pandas is not installed.
+        """
+        return _reader("dataframe")(self)
+
+    def plot(self, kind: str = "curves", ax: "Axes | None" = None) -> "Figure":
+        """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it."""
+        return _reader("plot")(self.scan, self, kind, ax)
+
+    def report(self, path: str | Path, force: bool = False) -> Path:
+        """Write what `print(solution)` says, as a page with figures for `.html`, or as text for `.md` and `.txt`.
+
+        Returns the path. Raises FileExistsError where the file exists, without `force`, and ValueError for another
+        suffix.
+        """
+        return _reader("write")(self, Path(path), force)
+
+    def __repr__(self) -> str:
+        return _reader("in_a_line")(self)
+
+    def __str__(self) -> str:
+        """A report of at most 30 lines, whatever the number of values."""
+        return _reader("as_text")(self)
+
+    def _repr_html_(self) -> str:
+        """The same report as a fragment of HTML for notebooks, below 20 kB."""
+        return _reader("as_html")(self)
+
+
+def _reader(name: str) -> Any:
+    """A function of `gonio.results`, by name: reports and figures know a Solution, and never the reverse."""
+    return getattr(importlib.import_module("gonio.results"), name)

@@ -1,9 +1,18 @@
 """`gonio info`: what a file holds and what is wrong with it."""
 
-from gonio.app.options import OutputOptions, Scan
+from typing import Annotated
+
+import typer
+
+from gonio.app.options import OutputOptions, Scan, ScanOptions
 from gonio.app.views import contents
 
 
-def command(scan: Scan, output: OutputOptions) -> None:
+def command(
+    scan: Scan,
+    used: ScanOptions,
+    output: OutputOptions,
+    gamma: Annotated[bool, typer.Option("--gamma", help="the paper's gamma too, read behind the normal")] = False,
+) -> None:
     """Say what a file holds and what is wrong with it: a scan, a stack of scans, or a fit."""
-    output.show(*contents.described(scan))
+    output.show(*contents.described(scan, used, gamma))

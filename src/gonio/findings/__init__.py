@@ -2,6 +2,6 @@
 
 from gonio.findings.corrections import Corrections
 from gonio.findings.lobe import Lobe, lobes
-from gonio.findings.registry import MISTAKES, check
+from gonio.findings.registry import MISTAKES, NAMES, check
 
-__all__ = ["MISTAKES", "Corrections", "Lobe", "check", "lobes"]
+__all__ = ["MISTAKES", "NAMES", "Corrections", "Lobe", "check", "lobes"]

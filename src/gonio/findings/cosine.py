@@ -2,7 +2,8 @@
 
 For a BRDF that was multiplied by cos(theta_r),  ln f(i, r) - ln f(r, i) = ln(cos theta_r/cos theta_i),  and for the
 BRDF itself it is 0. Which of the two is nearer, over all pairs of directions that the scan holds both ways, tells them
-apart. Where no pair was measured exactly, ln f is interpolated along the curves of two incidence angles.
+apart. ln f is interpolated along the curves of two incidence angles, or between the directions of a table that has few
+of them in plane.
 """
 
 from collections.abc import Iterator
@@ -13,9 +14,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.findings.curves import Curve
-from gonio.measured import exchange
+from gonio.measured import dataset
 from gonio.measured.check import Finding, Severity
-from gonio.measured.dataset import RELATIVE
 
 Values = npt.NDArray[np.float64]
 
@@ -24,14 +24,15 @@ WIDEST = 5.5  # deg: between measured angles that ln f is interpolated over; gon
 FEW = 6  # pairs; of fewer the improvement must be larger, as scatter alone gives a factor of 2 now and then
 BETTER, BETTER_OF_FEW = 2.0, 5.0  # how many times better reciprocity must become
 MOST_CURVES = 40  # of one set: more are taken evenly
-MOST_POINTS = 50_000  # of a scan without curves whose pairs are looked for
+FEWEST, NEAREST, MOST_ANGLES = 10, 6, 12  # directions of an incidence angle of a table, those of a plane; such angles
+AZIMUTHS = (0.0, 45.0, 90.0, 135.0, 180.0)  # deg: at which tables are compared
 
 
 def cosine_left_in(flat: xr.Dataset, curves: list[Curve]) -> list[Finding]:
     """`cosine-left-in` where dividing by cos(theta_r) makes reciprocity much better."""
     pairs = [pair for group in _sets(curves) for pair in _pairs(group)]
-    if not pairs and flat.sizes["direction"] <= MOST_POINTS:
-        pairs = list(_measured(flat))
+    if len(pairs) < FEW and not dataset.is_in_plane(flat).all():
+        pairs += _between(flat)
     told = np.array([pair for pair in pairs if abs(pair[1]) >= APART])
     if len(told) < 2:
         return []
@@ -46,7 +47,7 @@ def cosine_left_in(flat: xr.Dataset, curves: list[Curve]) -> list[Finding]:
     )
     remedy = "if the values are f cos(theta_r), as a detector's signal is, give --divide-cosine"
     # What is relative may be a signal, and is said to be no BRDF in 1/sr: worth a note, and no warning at every fit.
-    severity = Severity.NOTE if flat["brdf"].attrs.get("units") == RELATIVE else Severity.WARNING
+    severity = Severity.NOTE if flat["brdf"].attrs.get("units") == dataset.RELATIVE else Severity.WARNING
     return [Finding(severity, what, remedy, name="cosine-left-in")]
 
 
@@ -58,7 +59,7 @@ def _sets(curves: list[Curve]) -> Iterator[list[Curve]]:
 
 
 def _pairs(group: list[Curve]) -> Iterator[tuple[float, float]]:
-    """The value of ln f(i, r)/f(r, i) and what a cosine would make it, for any two incidence angles of a set, on both sides."""
+    """Values of ln f(i, r)/f(r, i) and what a cosine would make them: two incidence angles of a set, on both sides."""
     for one, two in combinations(group, 2):
         for sign in (1.0, -1.0):
             first, second = _log_at(one, sign * two.theta_i), _log_at(two, sign * one.theta_i)
@@ -68,7 +69,7 @@ def _pairs(group: list[Curve]) -> Iterator[tuple[float, float]]:
 
 
 def _log_at(curve: Curve, theta_r: float) -> float | None:
-    """The value of ln f of a curve at an angle [deg], between neighbours that are near and positive; None where there are none."""
+    """The value of ln f at theta_r [deg], between neighbours that are near and positive; None where there are none."""
     k = int(np.searchsorted(curve.theta_r, theta_r - 1e-6))
     if k < len(curve.theta_r) and abs(curve.theta_r[k] - theta_r) <= 1e-6:
         return float(np.log(curve.values[k])) if curve.values[k] > 0 else None
@@ -80,11 +81,42 @@ def _log_at(curve: Curve, theta_r: float) -> float | None:
     return float(np.interp(theta_r, t, np.log(f)))
 
 
-def _measured(flat: xr.Dataset) -> Iterator[tuple[float, float]]:
-    """The same from the pairs that were measured exactly, of a scan without curves in plane."""
-    rows, partners = exchange.pairs(flat)
-    values = flat["brdf"].values.astype(float)
-    cosine = np.cos(np.radians(flat["theta_r"].values.astype(float)))
-    for here, there in zip(rows.tolist(), partners.tolist(), strict=True):
-        if min(values[here], values[there], cosine[here], cosine[there]) > 0:
-            yield float(np.log(values[here] / values[there])), float(np.log(cosine[here] / cosine[there]))
+def _between(flat: xr.Dataset) -> Iterator[tuple[float, float]]:
+    """The same of a table of all azimuths, its first set, interpolated between the directions of each incidence angle.
+
+    theta_r and |phi| are polar coordinates, in which ln f is a plane through the nearest directions: a surface that was
+    not turned counts as isotropic. Nothing for a table whose directions each have an incidence angle of their own.
+    """
+    names = dataset.sets(flat)
+    rows = np.flatnonzero(flat["brdf"].values > 0)
+    rows = rows[np.all([flat[n].values[rows] == flat[n].values[rows[:1]] for n in names], axis=0)] if names else rows
+    theta_i = np.round(flat["theta_i"].values[rows].astype(float), 6)
+    angles, counts = np.unique(theta_i, return_counts=True)
+    angles = angles[(counts >= FEWEST) & (angles > 0)]
+    angles = angles[:: 1 + len(angles) // MOST_ANGLES]
+    if "phi_i" in flat.coords or len(angles) < 2:
+        return
+    polar = flat["theta_r"].values[rows] * np.exp(1j * np.radians(flat["phi"].values[rows].astype(float)))
+    place, logs = polar.real + 1j * np.abs(polar.imag), np.log(flat["brdf"].values[rows].astype(float))
+    wanted = (angles[:, None] * np.exp(1j * np.radians(AZIMUTHS))).ravel()
+    table = [_planes(place[theta_i == angle], logs[theta_i == angle], wanted) for angle in angles]
+    at = np.array(table).reshape(len(angles), len(angles), len(AZIMUTHS))
+    for i, j in combinations(range(len(angles)), 2):
+        cosines = np.cos(np.radians(angles[[j, i]]))
+        for difference in (at[i, j] - at[j, i])[np.isfinite(at[i, j] - at[j, i])]:
+            yield float(difference), float(np.log(cosines[0] / cosines[1]))
+
+
+def _planes(place: npt.NDArray[np.complex128], logs: Values, wanted: npt.NDArray[np.complex128]) -> Values:
+    """At each place wanted, the plane through the values of the nearest places; NaN where none is near."""
+    from scipy.spatial import KDTree
+
+    distance, near = KDTree(np.column_stack([place.real, place.imag])).query(
+        np.column_stack([wanted.real, wanted.imag]), k=NEAREST
+    )
+    away = place[near] - wanted[:, None]
+    out = np.full(len(wanted), np.nan)
+    for k in np.flatnonzero(distance[:, 0] <= WIDEST):
+        columns = np.column_stack([np.ones(NEAREST), away[k].real, away[k].imag])
+        out[k] = np.linalg.lstsq(columns, logs[near[k]], rcond=1e-6)[0][0]
+    return out

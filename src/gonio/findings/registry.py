@@ -55,6 +55,8 @@ MISTAKES: Mapping[tuple[str, ...], Callable[[Measured], list[Finding]]] = {
     ("floor",): lambda seen: clipped.floor(seen.flat),
 }
 
+NAMES = tuple(name for names in MISTAKES for name in names)
+
 
 def check(scan: xr.Dataset, table: Sequence[Reflectance] = ()) -> list[Finding]:
     """Everything that is wrong with a scan, the worst first; an empty list where nothing is.

@@ -64,7 +64,7 @@ def turned(flat: xr.Dataset) -> list[Finding]:
 
 
 def _by_incidence(flat: xr.Dataset) -> Iterator[tuple[float, Side, float, float]]:
-    """theta_i, the side of the light, where on the back its largest value lies, and back over forward; from STEEP on."""
+    """theta_i, the side of the light, where the back is largest, and back over forward; of incidence from STEEP on."""
     flat = flat.isel(direction=slice(None, None, 1 + flat.sizes["direction"] // MOST_POINTS))
     cosine = -np.cos(np.radians(flat["phi"].values.astype(float)))
     theta_i, theta_r = (flat[name].values.astype(float) for name in ("theta_i", "theta_r"))

@@ -14,6 +14,7 @@ from gonio.app.output import figure, strong, warn
 from gonio.app.views import contents
 from gonio.app.views.energy import findings as energy_findings
 from gonio.app.views.file import named
+from gonio.findings import NAMES
 from gonio.findings import check as findings_of
 from gonio.fitting import Solution
 from gonio.geometry import Geometry
@@ -66,7 +67,7 @@ def check(
 
 
 def _of_scan(path: Path, scan: xr.Dataset) -> Checked:
-    """The laws, and what is wrong with the scan, whose warnings go to standard error as those of a fit do."""
+    """The laws, and what is wrong with the scan; warnings that are no mistake of the measurement go to standard error."""
     table: Sequence[Reflectance] | None
     try:
         table = reflectances(scan)
@@ -75,7 +76,7 @@ def _of_scan(path: Path, scan: xr.Dataset) -> Checked:
     checked = Checked({path.name: of_scan(scan, table)})
     checked.findings = [*findings_of(scan, table or ()), *energy_findings(scan, table or ())]
     for finding in checked.findings:
-        if finding.severity is Severity.WARNING:
+        if finding.severity is Severity.WARNING and finding.name not in NAMES:
             warn(path, finding)
     return checked
 
@@ -173,7 +174,7 @@ def record(checked: Checked) -> Any:
 
 
 def lines(checked: Checked) -> Any:
-    """The verdicts for people."""
+    """The verdicts for people, and what mistakes of measurements a scan shows."""
     words = {True: "holds", False: "violated", None: "no verdict"}
     for name, verdicts in checked.items():
         yield strong(name)
@@ -182,6 +183,7 @@ def lines(checked: Checked) -> Any:
             where = f" at {v.where}" if v.where and v.holds is not True else ""
             detail = "; ".join(part for part in (figures + where, v.why) if part)
             yield f"  {v.law}: {words[v.holds]}{': ' + detail if detail else ''}"
+    yield from (f"{finding} ({finding.name})" for finding in checked.findings or () if finding.name in NAMES)
 
 
 def _figures(verdict: Verdict) -> str:

@@ -23,6 +23,10 @@ DIGITS = 5  # significant: to which the signal f cos(theta_r) of values in six d
 USUAL = 80.0  # deg: beyond it formats and instruments write fillers for what was not measured
 LEAST, SHARE = 5, 0.02  # values at the floor, and their part of a set
 TIES = 3.0  # over the ties at any other value, which rounding alone gives
+GRADUAL = (
+    1e-3  # above the least value, relative: a computed lobe on a constant has values there, a cut curve hardly any
+)
+HALF = 0.5  # of the values: so many are as well a matt part that a program made constant
 
 
 class Top(NamedTuple):
@@ -89,8 +93,8 @@ def _top(curve: Curve, signal: bool) -> Top | None:
 
 
 def _cut_alike(tops: list[Top]) -> bool:
-    """Whether peaks of several curves end at one level, and are not copies of one symmetrical lobe."""
-    if len(tops) < 2 or sum(top.run for top in tops) < RUN:
+    """Whether peaks of several curves end at one level, one of them in a plateau, and are no copies of one lobe."""
+    if len(tops) < 2 or max(top.run for top in tops) < 2:
         return False
     shoulders = [sorted(top.shoulders) for top in tops]
     within = LOPSIDED * tops[0].level
@@ -122,7 +126,8 @@ def floor(flat: xr.Dataset) -> list[Finding]:
             )
             where = np.zeros(len(theta_r), dtype=bool)
             where[inner[at]] = True
-            return [Finding(Severity.WARNING, what, remedy, places(flat, where), "floor")]
+            severity = Severity.NOTE if at.mean() > HALF else Severity.WARNING
+            return [Finding(severity, what, remedy, places(flat, where), "floor")]
     return []
 
 
@@ -133,7 +138,10 @@ def _at_floor(values: Values) -> npt.NDArray[np.bool_] | None:
         return None
     if counts[0] < TIES * counts[1:].max():
         return None
-    return values == distinct[0]
+    at = values == distinct[0]
+    ends = np.count_nonzero(np.diff(at))
+    gradual = np.count_nonzero((values > distinct[0]) & (values <= distinct[0] * (1 + GRADUAL)))
+    return None if distinct[0] > 0 and gradual >= max(ends, 1) else at
 
 
 def rounded(values: Values) -> Values:

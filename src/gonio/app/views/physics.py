@@ -67,7 +67,7 @@ def check(
 
 
 def _of_scan(path: Path, scan: xr.Dataset) -> Checked:
-    """The laws, and what is wrong with the scan; warnings that are no mistake of the measurement go to standard error."""
+    """The laws, and what is wrong with the scan; warnings that are no mistake of a measurement go to standard error."""
     table: Sequence[Reflectance] | None
     try:
         table = reflectances(scan)

@@ -20,6 +20,7 @@ ABRUPT = (
     0.01  # of a plateau of the signal, by which it falls beside it: f cos(theta_r) of a matt surface has a round top
 )
 DIGITS = 5  # significant: to which the signal f cos(theta_r) of values in six digits is one number
+SMALLEST = 1e-290  # whose last digits are still numbers; the wings of computed lobes fall below
 USUAL = 80.0  # deg: beyond it formats and instruments write fillers for what was not measured
 LEAST, SHARE = 5, 0.02  # values at the floor, and their part of a set
 TIES = 3.0  # over the ties at any other value, which rounding alone gives
@@ -147,7 +148,7 @@ def _at_floor(values: Values) -> npt.NDArray[np.bool_] | None:
 def rounded(values: Values) -> Values:
     """Values to DIGITS significant digits."""
     size = np.abs(values)
-    exponent = np.floor(np.log10(np.where(size > 0, size, 1.0)))
+    exponent = np.floor(np.log10(np.where(size > SMALLEST, size, 1.0)))
     unit = 10.0 ** (exponent - DIGITS + 1)
     return np.round(values / unit) * unit
 

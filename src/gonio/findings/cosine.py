@@ -23,6 +23,9 @@ APART = 0.1  # |ln(cos theta_r/cos theta_i)|: pairs of less say nothing beside s
 WIDEST = 5.5  # deg: between measured angles that ln f is interpolated over; goniometers step by 5 or less
 FEW = 6  # pairs; of fewer the improvement must be larger, as scatter alone gives a factor of 2 now and then
 BETTER, BETTER_OF_FEW = 2.0, 5.0  # how many times better reciprocity must become
+SIGMAS = (
+    4.0  # standard uncertainties of its slope that a cosine must stand out by: one false alarm in 30 000 noisy scans
+)
 MOST_CURVES = 40  # of one set: more are taken evenly
 FEWEST, NEAREST, MOST_ANGLES = 10, 6, 12  # directions of an incidence angle of a table, those of a plane; such angles
 AZIMUTHS = (0.0, 45.0, 90.0, 135.0, 180.0)  # deg: at which tables are compared
@@ -39,6 +42,11 @@ def cosine_left_in(flat: xr.Dataset, curves: list[Curve]) -> list[Finding]:
     difference, expected = told.T
     before, after = (float(np.median(np.abs(v))) for v in (difference, difference - expected))
     if before < (BETTER if len(told) >= FEW else BETTER_OF_FEW) * after or before == 0:
+        return []
+    # The slope of the difference over the expected one is 1 with the cosine and 0 without; 1.48 is the standard
+    # deviation over the median of |Gaussian noise|, and a median has 1.25 times the uncertainty of a mean.
+    slope = float(np.sum(difference * expected) / np.sum(expected**2))
+    if slope < SIGMAS * 1.25 * 1.48 * after / float(np.sqrt(np.sum(expected**2))):
         return []
     times = f"{before / after:.2g} times better" if after > 1e-3 * before else "exact"
     what = (

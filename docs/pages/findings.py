@@ -15,7 +15,7 @@ HEAD = """# Mistakes that a scan shows
 
 `gonio info FILE` and `gonio check FILE` look for the mistakes below before anything is fitted; `gonio fit`, `compare` and `plot` print
 the warnings among them on standard error. With `--json -` both give them under `findings`, each with `name`, `severity`, `evidence` and
-`remedy`. In Python: `gonio.check(scan)`. All are warnings: a scan may be right all the same. A retroreflector looks like a reversed sign.
+`remedy`. In Python: `gonio.check(scan)`. All are warnings or notes: a scan may be right all the same. A retroreflector looks like a reversed sign.
 
 A remedy is a flag of every command that reads a scan. The mended scan says what was done in its history, and uncertainties change with
 the values. `gonio convert FILE OUT --flip` writes it. In Python each flag is a function of `gonio.findings.corrections`. Flags act in
@@ -67,7 +67,7 @@ MISTAKES = {
     ),
     "reflectance-above-one": (
         f"the directional-hemispherical reflectance R of a table is above 1; in plane, R of an isotropic surface with these values is above "
-        f"{magnitude.ESTIMATE:g}, or above {magnitude.BRUSHED:g} where one side of the normal was measured and the surface has a lobe",
+        f"{magnitude.ESTIMATE:g}, or above {magnitude.BRUSHED:g} where one side of the normal was measured and the surface has a lobe. In plane and up to {magnitude.BRUSHED:g} it is a note",
         "`--divide VALUE`",
     ),
     "percent": ("that, and R/100 is not", "`--divide 100`"),

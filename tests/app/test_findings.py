@@ -54,14 +54,14 @@ def findings(run, *arguments):
             "dividing by cos(theta_r) makes reciprocity",
         ),
         ("radians", {"brdf": lobe, "angle": math.radians}, ["--radians"], "no polar angle is above"),
-        ("percent", {"brdf": lambda i, r: 100 * lobe(i, r)}, ["--divide", "100"], "when divided by 100"),
+        ("percent", {"brdf": lambda i, r: 100 * (lobe(i, r) + 0.2)}, ["--divide", "100"], "when divided by 100"),
         ("factor-pi", {"brdf": lambda i, r: math.pi * (lobe(i, r) + 0.25)}, ["--divide", "pi"], "divided by pi"),
     ],
 )
 def test_a_mistake_is_found_and_mended(run, written, command, name, wrong, flags, evidence):
     path = written(**wrong)
     found = findings(run, command, path)
-    assert found[name]["severity"] == "warning"
+    assert found[name]["severity"] == ("note" if name == "factor-pi" else "warning")  # in plane, where R is estimated
     assert evidence in found[name]["evidence"]
     assert " ".join(flags) in found[name]["remedy"]
     assert set(findings(run, command, path, *flags)) <= {"no-uncertainty"}

@@ -140,8 +140,8 @@ def _at_floor(values: Values) -> npt.NDArray[np.bool_] | None:
     if counts[0] < TIES * counts[1:].max():
         return None
     at = values == distinct[0]
-    ends = np.count_nonzero(np.diff(at))
-    gradual = np.count_nonzero((values > distinct[0]) & (values <= distinct[0] * (1 + GRADUAL)))
+    ends = int(np.count_nonzero(np.diff(at)))
+    gradual = int(np.count_nonzero((values > distinct[0]) & (values <= distinct[0] * (1 + GRADUAL))))
     return None if distinct[0] > 0 and gradual >= max(ends, 1) else at
 
 

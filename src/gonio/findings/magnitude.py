@@ -42,14 +42,16 @@ def too_large(scan: xr.Dataset, curves: list[Curve], table: Sequence[Reflectance
         return []
     what = f"{how} {100 * value:.4g} % of the light that falls on the surface"
     remedy = "check unit and calibration, and what filled gaps; --divide VALUE divides by a number that you know"
-    out = [Finding(Severity.WARNING, what, remedy, where, "reflectance-above-one")]
+    # In plane a brushed surface may look so, and a fit is not to warn of each; over the hemisphere nothing may.
+    severity = Severity.WARNING if table or value > BRUSHED else Severity.NOTE
+    out = [Finding(severity, what, remedy, where, "reflectance-above-one")]
     if most < BRUSHED and value / np.pi <= most:
         what = f"the reflectance is {value:.3g}, and {value / np.pi:.3g} when divided by pi"
         remedy = "if the values are reflectance factors (pi f, BRF), give --divide pi"
-        out.append(Finding(Severity.WARNING, what, remedy, where, "factor-pi"))
+        out.append(Finding(severity, what, remedy, where, "factor-pi"))
     if value / 100 <= most:
         what = f"the reflectance is {value:.3g}, and {value / 100:.3g} when divided by 100"
-        out.append(Finding(Severity.WARNING, what, "if the values are percent, give --divide 100", where, "percent"))
+        out.append(Finding(severity, what, "if the values are percent, give --divide 100", where, "percent"))
     return out
 
 

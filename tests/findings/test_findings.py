@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gonio import check
-from gonio.findings import MISTAKES, NAMES, corrections
+from gonio.findings import MISTAKES, NAMES, corrections, lobes
 from gonio.findings.curves import curves, reflected
 from gonio.findings.magnitude import reflectance
 from gonio.measured.check import Severity
@@ -206,6 +206,20 @@ def test_a_shift_crosses_the_normal_and_stays_in_plane():
     assert signed_theta_r(moved).tolist() == [-2, -1, 0]
     with pytest.raises(ValueError, match="out of plane"):
         corrections.shift_theta_r(make_scan([30.0], [30.0], [1.0], [90.0]), 1.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_values_are_looked_through_without_a_word_of_a_library(seed):
+    """Few points, repeats, zeros, gaps, and values of 400 decades: warnings are errors in tests."""
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        n = int(rng.integers(1, 40))
+        theta_i, theta_r = rng.choice([0, 10.0, 30, 89, 90], n), rng.choice(np.arange(-90, 91, 5.0), n)
+        values = rng.choice([0, 1, -1, 1e-300, 1e99, 1e-99, np.nan, 0.3, 1e-12], n)
+        phi = None if rng.random() < 0.5 else rng.choice([0, 45, 90, 180.0], n)
+        data = make_scan(theta_i, theta_r if phi is None else np.abs(theta_r), values, phi)
+        assert all(finding.name for finding in check(data))
+        lobes(data)
 
 
 def test_a_thousand_points_take_no_time():

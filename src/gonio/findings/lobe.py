@@ -18,6 +18,8 @@ from gonio.findings.curves import Curve, curves, reflected
 
 Values = npt.NDArray[np.float64]
 
+HIGHEST = 0.5  # of ln f: a top farther above the largest value was not measured, and the value stands for it
+
 
 class Width(StrEnum):
     """What the width of a lobe was read from; the values are the messages."""
@@ -73,9 +75,11 @@ def lobe_of(curve: Curve) -> Lobe:
 def _top(t: Values, f: Values) -> tuple[float, float]:
     """Where the parabola through three values of ln f is largest, and exp of it there; the middle one where f <= 0."""
     if f.min() > 0:
-        bend, slope, middle = np.polyfit(t - t[1], np.log(f / f[1]), 2).tolist()
-        if bend < 0 and t[0] - t[1] <= (place := -slope / (2 * bend)) <= t[2] - t[1]:
-            return float(t[1] + place), float(f[1] * math.exp(middle + slope * place / 2))
+        bend, slope, middle = np.polyfit(t - t[1], np.log(f) - np.log(f[1]), 2).tolist()
+        place = -slope / (2 * bend) if bend < 0 else math.inf
+        rise = middle + slope * place / 2
+        if t[0] - t[1] <= place <= t[2] - t[1] and rise < HIGHEST:
+            return float(t[1] + place), float(f[1] * math.exp(rise))
     return float(t[1]), float(f[1])
 
 
@@ -85,12 +89,12 @@ def _crossing(t: Values, f: Values, half: float) -> float:
     if not below.size:
         return math.nan
     k = int(below[0])
-    a, b = (k - 1, k) if k else (0, 1)
+    a, b = k - 1, k
     linear = float(t[a] + (t[b] - t[a]) * (f[a] - half) / (f[a] - f[b]))
     inner = [a - 1, a, b] if a else [a, b, b + 1]
     if inner[-1] >= len(t) or f[inner].min() <= 0:
         return linear
-    roots = np.roots(np.polyfit(t[inner] - t[a], np.log(f[inner] / half), 2))
+    roots = np.roots(np.polyfit(t[inner] - t[a], np.log(f[inner]) - np.log(half), 2))
     inside = [
         r.real + t[a] for r in roots if abs(r.imag) < 1e-9 and min(t[a], t[b]) <= r.real + t[a] <= max(t[a], t[b])
     ]

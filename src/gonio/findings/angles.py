@@ -34,9 +34,11 @@ def in_radians(columns: dict[str, Values]) -> list[str]:
     alone where its values are round in degrees once they are taken for radians, and are not as they stand.
     """
     polar = {name: columns[name] for name in ("theta_i", "theta_r")}
-    every = np.concatenate(list(polar.values()))
-    many = len(every) > 2 * FEW and len(np.unique(polar["theta_r"])) > FEW
-    small = many and 0 < every.max() <= RIGHT_ANGLE and not _round(every, ROUND, 1e-6)
+    small = 0 < max(values.max() for values in polar.values()) <= RIGHT_ANGLE
+    if small:
+        every = np.concatenate(list(polar.values()))
+        many = len(every) > 2 * FEW and len(np.unique(polar["theta_r"])) > FEW
+        small = many and not _round(every, ROUND, 1e-6)
     found = list(polar) if small else [name for name, v in polar.items() if _disguised(v, RIGHT_ANGLE)]
     turned = columns["phi"][columns["phi"] != 180.0]  # which a signed theta_r brings, in degrees
     return found + ["phi"] * _disguised(turned, FULL_TURN)
@@ -44,8 +46,10 @@ def in_radians(columns: dict[str, Values]) -> list[str]:
 
 def _disguised(values: Values, most: float) -> bool:
     """Whether all values of a column are such as round angles in radians have."""
+    if values.max(initial=0.0) > most:
+        return False
     distinct = np.unique(values[values > 0])
-    if len(distinct) < 2 or distinct[-1] > most or _round(distinct, ROUND, 1e-6):
+    if len(distinct) < 2 or _round(distinct, ROUND, 1e-6):
         return False
     return _round(np.degrees(distinct), ROUND_IN_DEGREES, ROUNDED)
 

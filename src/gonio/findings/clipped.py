@@ -134,8 +134,10 @@ def floor(flat: xr.Dataset) -> list[Finding]:
 
 def _at_floor(values: Values) -> npt.NDArray[np.bool_] | None:
     """Which values are the least one, where they are more than rounding explains; None where they are not."""
+    if np.count_nonzero(values == values.min(initial=np.inf)) < max(LEAST, SHARE * len(values)):
+        return None
     distinct, counts = np.unique(values, return_counts=True)
-    if len(distinct) < LEAST or counts[0] < max(LEAST, SHARE * len(values)):
+    if len(distinct) < LEAST:
         return None
     if counts[0] < TIES * counts[1:].max():
         return None

@@ -13,7 +13,7 @@ _HOMES = {
     "Model": "gonio.model",
     "Problem": "gonio.fitting.objective.problem",
     "catalogue": "gonio.models",
-    "check": "gonio.measured.check",
+    "check": "gonio.findings.registry",
     "compare": "gonio.comparison.ranking",
     "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
@@ -69,11 +69,11 @@ if TYPE_CHECKING:
     from gonio.comparison.answer import fit
     from gonio.comparison.ranking import compare
     from gonio.evaluation import evaluate
+    from gonio.findings.registry import check
     from gonio.fitting.many.fit_many import fit_many
     from gonio.fitting.objective.problem import Problem
     from gonio.formats import read, write
     from gonio.geometry import Geometry
-    from gonio.measured.check import check
     from gonio.measured.dataset import join
     from gonio.measured.simulation import simulate
     from gonio.model import Model

@@ -11,7 +11,7 @@ import xarray as xr
 from gonio.geometry import Geometry
 from gonio.measured import dataset, exchange
 from gonio.optics.quadrature import gauss_legendre
-from gonio.resampling.hemisphere import WHOLE, excessive, reflectances
+from gonio.resampling.hemisphere import WHOLE, Reflectance, excessive, reflectances
 
 Values = npt.NDArray[np.float64]
 Brdf = Callable[[Geometry], Values]
@@ -94,22 +94,25 @@ def bihemispherical_reflectance(brdf: Brdf, nodes: int = 200) -> float:
     return float(sum(w / 2 * [hemispherical_reflectance(brdf, angle, nodes) for angle in angles]))
 
 
-def of_scan(scan: xr.Dataset) -> list[Verdict]:
-    """The three laws as far as a scan's values show them: reciprocity over the pairs of directions that it holds."""
+def of_scan(scan: xr.Dataset, table: Sequence[Reflectance] | None = None) -> list[Verdict]:
+    """The three laws as far as a scan's values show them: reciprocity over the pairs of directions that it holds.
+
+    table: the reflectances of the scan over the hemisphere where they are known; None to have them integrated.
+    """
     flat = dataset.points(scan)
     values = flat["brdf"].values
     least = int(np.argmin(values))
     angles = np.array([flat[name].values for name in dataset.ANGLES])
     positive = Verdict("positivity", bool(values[least] >= 0), {"least": float(values[least])}, _place(angles, least))
-    return [positive, _reciprocity_of_scan(flat), _energy_of_scan(scan)]
+    return [positive, _reciprocity_of_scan(flat), _energy_of_scan(scan, table)]
 
 
-def _energy_of_scan(scan: xr.Dataset) -> Verdict:
+def _energy_of_scan(scan: xr.Dataset, table: Sequence[Reflectance] | None) -> Verdict:
     """The reflectance of a table that covers the hemisphere; of less than that, whether what it covers is above 1."""
     if dataset.unit(scan) != dataset.ABSOLUTE:
         return Verdict("energy", None, {}, "", RELATIVE)
     try:
-        found = reflectances(scan)
+        found = reflectances(scan) if table is None else table
     except ValueError as error:  # the other laws hold or fail all the same
         return Verdict("energy", None, {}, "", str(error))
     if not found:

@@ -13,6 +13,7 @@ import typer
 
 from gonio.app import arguments
 from gonio.app.names import formats_written, models, models_or_groups
+from gonio.findings.corrections import Corrections
 from gonio.options import Option, Panel
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ class FigureOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ScanOptions:
-    """Which part of a scan is used."""
+    """What mends a scan, and which part of it is used; values of options are those of the mended scan."""
 
     PANEL: ClassVar = Panel.DATA
     blocked: Annotated[
@@ -137,9 +138,15 @@ class ScanOptions:
     ] = 0.0
     floor: Annotated[str, Option("leave out values below this noise floor", metavar="VALUE")] = ""
     select: Select = field(default_factory=dict)
+    corrections: Corrections = field(default_factory=Corrections)
+
+    def refuse_for(self, path: Path, what: str) -> None:
+        """ValueError where anything is asked of a scan and the path holds something else, `what`."""
+        if self != ScanOptions():
+            raise ValueError(f"{path}: holds {what}, and --select, masks and corrections belong to a scan")
 
     def read(self, path: Path, findings: bool = True) -> "xr.Dataset":
-        """A scan masked and reduced as asked.
+        """A scan mended, masked and reduced as asked.
 
         With `findings` the errors of `check` are raised and its warnings go to standard error. What is only converted
         or compared may be wrong: it is not made worse by that.
@@ -150,7 +157,7 @@ class ScanOptions:
         from gonio.measured.dataset import select
         from gonio.measured.masking import mask
 
-        data = select(read(path), self.select)
+        data = self.corrections.mended(select(read(path), self.select))
         if self.blocked or self.floor:
             floor = arguments.number(self.floor, "--floor") if self.floor else None
             data = mask(data, blocked=self.blocked, floor=floor)

@@ -15,8 +15,6 @@ from gonio.measured.dataset import (
     SETS,
     flatten,
     in_use,
-    is_in_plane,
-    signed_theta_r,
 )
 from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.measured.sound import (
@@ -33,9 +31,6 @@ from gonio.units import unit_label
 USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
 OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
 BEYOND = f"outside {SMALLEST_SQUARED:g} to {LARGEST_SQUARED:g}"  # where its square overflows or vanishes
-RADIANS = 1.5708  # the quarter of a circle in radians; a scan in degrees whose angles all stay below is a strange one
-STEEP, NEAR = 15.0, 5.0  # deg: incidence at which the two sides are apart, and how near to a direction a lobe lies
-FEW = 5  # angles from which nothing can be concluded
 ALIKE = 0.75  # of two names: how alike a column's name is to one that gonio uses, before a slip is suspected
 
 
@@ -49,12 +44,16 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: what, where (the lines of the file or the directions), and the remedy."""
+    """One thing that is wrong: what, where (the lines of the file or the directions), and the remedy.
+
+    name: the same for every scan that has this fault; programs may rely on it.
+    """
 
     severity: Severity
     what: str
     remedy: str
     where: str = ""
+    name: str = ""
 
     def __str__(self) -> str:
         place = f" ({self.where})" if self.where else ""
@@ -62,16 +61,24 @@ class Finding:
 
 
 def check(scan: xr.Dataset) -> list[Finding]:
-    """Everything that is wrong with a scan, the worst first; an empty list where nothing is."""
+    """What no scan may be or should be, the worst first; an empty list where nothing is wrong.
+
+    `gonio.check` finds the mistakes of measurements as well (`gonio.findings`).
+    """
     if missing := [name for name in ("brdf", *ANGLES) if name not in scan.variables]:
         what = f"no {', '.join(missing)} in the Dataset"
-        return [Finding(Severity.ERROR, what, "a scan needs brdf and the coordinates theta_i, theta_r and phi")]
+        remedy = "a scan needs brdf and the coordinates theta_i, theta_r and phi"
+        return [Finding(Severity.ERROR, what, remedy, name="no-directions")]
     if lanes := foreign_dims(scan):
         what = f"scans lie side by side along {', '.join(lanes)}"
-        return [Finding(Severity.NOTE, what, "gonio fit-stack fits each")]
+        return [Finding(Severity.NOTE, what, "gonio fit-stack fits each", name="stack")]
     flat = flatten(scan)
     found = [*_units(flat), *_angles(flat), *_values(flat), *_uncertainties(flat), *_misspelt(flat)]
-    found += [*_duplicates(flat, flat is not scan), *_coverage(flat), *_turned_round(flat)]
+    return worst_first([*found, *_duplicates(flat, flat is not scan), *_coverage(flat)])
+
+
+def worst_first(found: list[Finding]) -> list[Finding]:
+    """Errors, then warnings, then notes, each in the order found."""
     order = list(Severity)
     return sorted(found, key=lambda finding: order.index(finding.severity))
 
@@ -90,7 +97,7 @@ def _misspelt(flat: xr.Dataset) -> list[Finding]:
     for name in further(flat):
         if near := get_close_matches(name.lower(), (*USED, *DIRECTIONS, *SETS), 1, ALIKE):
             what = f"{name!r} is kept and not used, and looks like {near[0]}"
-            found.append(Finding(Severity.WARNING, what, f"rename it to {near[0]} if it is that"))
+            found.append(Finding(Severity.WARNING, what, f"rename it to {near[0]} if it is that", name="misspelt"))
     return found
 
 
@@ -99,11 +106,12 @@ def _units(scan: xr.Dataset) -> list[Finding]:
     for name in ANGLES:
         if scan[name].attrs.get("units") != "degree":
             units = scan[name].attrs.get("units")
-            found.append(Finding(Severity.ERROR, f"{name} is in {units!r}", "give degrees and units='degree'"))
+            remedy = "give degrees and units='degree'"
+            found.append(Finding(Severity.ERROR, f"{name} is in {units!r}", remedy, name="unit"))
     brdf_unit = scan["brdf"].attrs.get("units")
     if brdf_unit not in (ABSOLUTE, RELATIVE):
         remedy = "set units to 'sr-1', or 'a.u.' for relative data"
-        found.append(Finding(Severity.ERROR, f"brdf is in {brdf_unit!r}", remedy))
+        found.append(Finding(Severity.ERROR, f"brdf is in {brdf_unit!r}", remedy, name="unit"))
     return found
 
 
@@ -114,12 +122,8 @@ def _angles(scan: xr.Dataset) -> list[Finding]:
         outside = ~((values >= 0) & (values <= HORIZON))
         if outside.any():
             what = f"{name} outside the hemisphere, 0 to 90 deg, at {_count(outside)}"
-            found.append(Finding(Severity.ERROR, what, "mend or delete these rows", places(scan, outside)))
-    polar = np.concatenate([scan[name].values for name in ("theta_i", "theta_r")])
-    if polar.size > 2 * FEW and 0 < polar.max() <= RADIANS and np.unique(scan["theta_r"].values).size > FEW:
-        what = f"no polar angle is above {RADIANS:g} deg"
-        remedy = "if the angles are radians, name them so (theta_i_rad)"
-        found.append(Finding(Severity.WARNING, what, remedy))
+            remedy = "mend or delete these rows"
+            found.append(Finding(Severity.ERROR, what, remedy, places(scan, outside), "outside-hemisphere"))
     return found
 
 
@@ -127,33 +131,30 @@ def _values(scan: xr.Dataset) -> list[Finding]:
     values, used = scan["brdf"].values, in_use(scan)
     found = []
     if not used.any():
-        return [Finding(Severity.ERROR, "no value is in use", "every value is masked or missing: loosen the masks")]
+        remedy = "every value is masked or missing: loosen the masks"
+        return [Finding(Severity.ERROR, "no value is in use", remedy, name="no-value")]
     if not values[used].any():
-        found.append(
-            Finding(Severity.ERROR, "every brdf value is zero", "the detector saw nothing, or the column is wrong")
-        )
+        remedy = "the detector saw nothing, or the column is wrong"
+        found.append(Finding(Severity.ERROR, "every brdf value is zero", remedy, name="all-zero"))
     if what := beyond_arithmetic(values[used]):
-        found.append(Finding(Severity.ERROR, what, IN_RANGE))
+        found.append(Finding(Severity.ERROR, what, IN_RANGE, name="beyond-arithmetic"))
     infinite = np.isinf(values)
     if infinite.any():
-        found.append(
-            Finding(
-                Severity.ERROR, f"brdf is infinite at {_count(infinite)}", "delete these rows", places(scan, infinite)
-            )
-        )
+        what = f"brdf is infinite at {_count(infinite)}"
+        found.append(Finding(Severity.ERROR, what, "delete these rows", places(scan, infinite), "infinite"))
     negative = used & (values < 0)
     if negative.any():
         what = f"brdf is negative at {_count(negative)}"
         remedy = "noise about zero may stay; relative and log weighting need it masked with a floor"
-        found.append(Finding(Severity.WARNING, what, remedy, places(scan, negative)))
+        found.append(Finding(Severity.WARNING, what, remedy, places(scan, negative), "negative"))
     gaps = int(np.isnan(values).sum())
     if gaps:
-        found.append(Finding(Severity.NOTE, f"{gaps} values are missing (NaN)", "they take no part in fits"))
+        what = f"{gaps} values are missing (NaN)"
+        found.append(Finding(Severity.NOTE, what, "they take no part in fits", name="missing"))
     masked = int((~used).sum()) - gaps
     if masked > 0:
-        found.append(
-            Finding(Severity.NOTE, f"{masked} values are masked", "they stay in the file and take no part in fits")
-        )
+        remedy = "they stay in the file and take no part in fits"
+        found.append(Finding(Severity.NOTE, f"{masked} values are masked", remedy, name="masked"))
     return found
 
 
@@ -167,19 +168,20 @@ def _uncertainties(scan: xr.Dataset) -> list[Finding]:
             if wrong.any():
                 remedy = "a standard uncertainty is finite and not negative: mend or empty it; no fit takes it"
                 place = places(scan, wrong)
-                found.append(Finding(Severity.WARNING, f"the {what} is {word} at {_count(wrong)}", remedy, place))
+                said = f"the {what} is {word} at {_count(wrong)}"
+                found.append(Finding(Severity.WARNING, said, remedy, place, "impossible-uncertainty"))
     if "uncertainty" in scan:
         unknown = used & ~(np.abs(scan["uncertainty"].values) > 0)
         if unknown.any():
             what = f"no uncertainty is stated at {_count(unknown)}"
             remedy = "weighting by uncertainty needs one for every value"
-            found.append(Finding(Severity.NOTE, what, remedy, places(scan, unknown)))
+            found.append(Finding(Severity.NOTE, what, remedy, places(scan, unknown), "no-uncertainty"))
     if "uncertainty_systematic" in scan:
         unknown = used & np.isnan(scan["uncertainty_systematic"].values)
         if unknown.any():
             what = f"no systematic uncertainty is stated at {_count(unknown)}"
             remedy = "fits leave it out unless every value has one; 0 where there is none"
-            found.append(Finding(Severity.WARNING, what, remedy, places(scan, unknown)))
+            found.append(Finding(Severity.WARNING, what, remedy, places(scan, unknown), "no-systematic-uncertainty"))
     return found
 
 
@@ -192,10 +194,10 @@ def _duplicates(scan: xr.Dataset, is_grid: bool) -> list[Finding]:
         return []
     if is_grid:
         what = f"{_count(repeated)} stand at nodes of the grid that are one direction"
-        return [Finding(Severity.NOTE, what, "they count once each in a fit", places(scan, repeated))]
+        return [Finding(Severity.NOTE, what, "they count once each in a fit", places(scan, repeated), "repeated-nodes")]
     what = f"{_count(repeated)} share their geometry with another"
     remedy = "repeats count once each in a fit; average them or delete what is stale"
-    return [Finding(Severity.WARNING, what, remedy, places(scan, repeated))]
+    return [Finding(Severity.WARNING, what, remedy, places(scan, repeated), "repeated")]
 
 
 def _coverage(scan: xr.Dataset) -> list[Finding]:
@@ -204,29 +206,7 @@ def _coverage(scan: xr.Dataset) -> list[Finding]:
         return []
     what = f"one incidence angle only, {incidences[0]:g} deg"
     remedy = "a fit says nothing about other incidence angles; measure at two or more"
-    return [Finding(Severity.WARNING, what, remedy)]
-
-
-def _turned_round(scan: xr.Dataset) -> list[Finding]:
-    """A lobe that lies at -theta_i at every incidence angle: the sign of theta_r may count the other way."""
-    rows = np.flatnonzero(in_use(scan) & is_in_plane(scan))
-    theta_i, values = scan["theta_i"].values[rows], scan["brdf"].values[rows]
-    signed = signed_theta_r(scan.isel(direction=rows))
-    peaks = []
-    for angle in np.unique(theta_i[theta_i >= STEEP]):
-        here = theta_i == angle
-        if signed[here].min() <= NEAR - angle and signed[here].max() >= angle - NEAR:  # both sides were measured
-            peaks.append((angle, float(signed[here][int(np.argmax(values[here]))])))
-    if len(peaks) < 2 or not all(abs(peak + angle) <= NEAR for angle, peak in peaks):
-        return []
-    what = (
-        f"the largest value lies in the backscatter direction, theta_r = -theta_i, at all {len(peaks)} incidence angles"
-    )
-    remedy = (
-        "positive theta_r (phi 180) is the forward side here: if the file counts the other way, change the sign of "
-        "theta_r; a retroreflector looks the same"
-    )
-    return [Finding(Severity.WARNING, what, remedy)]
+    return [Finding(Severity.WARNING, what, remedy, name="one-incidence")]
 
 
 def _count(where: np.ndarray) -> str:

@@ -7,7 +7,7 @@ import typer
 from gonio.app import names
 from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
-from gonio.app.options import NO_PIPES, OutputOptions
+from gonio.app.options import NO_PIPES, OutputOptions, ScanOptions
 from gonio.app.views import physics
 from gonio.options import Option, Panel
 
@@ -29,6 +29,7 @@ def command(
         ),
     ],
     values: ValueOptions,
+    scan: ScanOptions,
     output: OutputOptions,
     samples: Annotated[
         int,
@@ -39,6 +40,6 @@ def command(
         ),
     ] = 0,
 ) -> None:
-    """Check positivity, reciprocity and energy."""
-    checked = physics.check(target, values.values(), samples)
+    """Check positivity, reciprocity and energy; of a scan also what mistakes of measurements it shows."""
+    checked = physics.check(target, values.values(), samples, scan)
     output.show(physics.record(checked), physics.lines(checked))

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.app.flags import MOST_CHARACTERS
+from gonio.app.options import ScanOptions
 from gonio.app.output import LEVEL, figure, strong, table
 from gonio.app.views import file
 from gonio.app.views.fit import provisos, values
@@ -61,16 +62,21 @@ def stack_in(path: Path) -> xr.Dataset | None:
     return stack if stack is not None and foreign_dims(stack) else None
 
 
-def described(path: Path) -> tuple[dict[str, Any], Iterator[Any]]:
-    """What a path holds, as plain data, whose `kind` says which entries there are, and the same for people."""
+def described(path: Path, used: ScanOptions, gamma: bool = False) -> tuple[dict[str, Any], Iterator[Any]]:
+    """What a path holds, as plain data, whose `kind` says which entries there are, and the same for people.
+
+    used: what is asked of a scan. gamma: print the paper's half widths behind the normal too.
+    """
     if (solution := fit_in(path)) is not None:
+        used.refuse_for(path, "a fit")
         record = {"file": str(path), "kind": "fit"} | _of_fit(solution)
         return record, _fit_lines(record, solution)
     if (stack := stack_in(path)) is not None:
+        used.refuse_for(path, "a stack of scans")
         record = {"file": str(path), "kind": "stack"} | _of_stack(stack)
         return record, _stack_lines(record)
-    record = {"kind": "scan"} | file.describe(path)
-    return record, file.lines(record)
+    record = {"kind": "scan"} | file.describe(path, used.read(path, findings=False))
+    return record, file.lines(record, gamma)
 
 
 def _of_fit(solution: Solution) -> dict[str, Any]:

@@ -6,7 +6,8 @@ from typing import Any
 import xarray as xr
 
 from gonio.app.output import figure
-from gonio.resampling.hemisphere import WHOLE, Reflectance, contradictions, excessive, reflectances
+from gonio.measured.check import Finding, Severity
+from gonio.resampling.hemisphere import WHOLE, Reflectance, contradictions, reflectances
 
 
 def of_table(scan: xr.Dataset) -> list[Reflectance]:
@@ -34,27 +35,11 @@ def in_words(told: Sequence[dict[str, Any]]) -> str:
     return f"{text}, directional-hemispherical"
 
 
-def findings(scan: xr.Dataset, found: Sequence[Reflectance]) -> list[dict[str, str]]:
-    """A reflectance above 1, and a stated TIS that is not that of the table."""
-    out = []
-    if (worst := excessive(found)) is not None:
-        out.append(
-            {
-                "severity": "warning",
-                "what": f"the table scatters {100 * worst.value:.4g} % of the light that falls on the surface",
-                "where": worst.where,
-                "remedy": "check the unit, a factor pi or cos(theta_r), and what filled its gaps",
-            }
-        )
+def findings(scan: xr.Dataset, found: Sequence[Reflectance]) -> list[Finding]:
+    """A stated TIS that is not that of the table."""
     if wrong := contradictions(scan, found):
         one = max(wrong, key=lambda c: max(c.stated, c.table.value) / max(min(c.stated, c.table.value), 1e-300))
-        out.append(
-            {
-                "severity": "warning",
-                "what": f"the file states a TIS of {figure(one.stated)}, and its table integrates to "
-                f"{figure(one.table.value)}",
-                "where": one.table.where,
-                "remedy": "one of them is wrong, or the TIS is without the cosine, of half the azimuths or less a beam",
-            }
-        )
-    return out
+        what = f"the file states a TIS of {figure(one.stated)}, and its table integrates to {figure(one.table.value)}"
+        remedy = "one of them is wrong, or the TIS is without the cosine, of half the azimuths or less a beam"
+        return [Finding(Severity.WARNING, what, remedy, one.table.where, "tis")]
+    return []

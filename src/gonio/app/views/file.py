@@ -1,35 +1,41 @@
-"""What a file holds, what is wrong with it, and the half widths that can be read from it."""
+"""What a file holds, what is wrong with it, and the widths of lobes that can be read from it."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from gonio.app.output import faint, strong, table, uncertain
+from gonio.app.output import faint, figure, strong, table, uncertain
 from gonio.app.views import energy
+from gonio.findings import check, lobes
+from gonio.findings.lobe import Width
 from gonio.formats import read, recognise
 from gonio.measured import dataset
-from gonio.measured.check import check, further
+from gonio.measured.check import Finding, further
 from gonio.measured.half_width import half_widths
 from gonio.measured.sound import is_stated
 from gonio.measured.stack import foreign_dims
 from gonio.units import unit_label
 
 MOST_LINES, LONGEST = 40, 1000  # of a file's own remarks: lines, and characters of one
-MOST_POINTS, MOST_CURVES = 100_000, 1_000  # of a scan whose curves are read for their half widths
+MOST_POINTS, MOST_CURVES = 100_000, 1_000  # of a scan whose curves are read for the widths of their lobes
+MOST_LOBES = 40  # lines of the table; --json has them all
 
 
-def describe(path: Path) -> dict[str, Any]:
-    """A scan's format, quantity, grid and findings as plain data."""
-    scan, kind = read(path), recognise(path)
+def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
+    """A scan's format, quantity, grid and findings as plain data; of the mended scan where it is given."""
+    scan, kind = read(path) if scan is None else scan, recognise(path)
     flat = dataset.flatten(scan)
     used = dataset.in_use(flat)
     stated = int((used & is_stated(flat["uncertainty"].values)).sum()) if "uncertainty" in flat else 0
     in_plane = bool(dataset.is_in_plane(flat).all())
     found = [] if foreign_dims(scan) else energy.of_table(scan)
+    wrong = [*check(scan, found), *energy.findings(scan, found)]
+    is_small = not foreign_dims(scan) and _is_small(flat)
     return {
         "file": str(path),
         "format": kind.title,
@@ -53,12 +59,24 @@ def describe(path: Path) -> dict[str, Any]:
         "provenance": flat.attrs.get("provenance", "").splitlines(),
         "history": flat.attrs.get("history", "").splitlines(),
         "reflectance": energy.record(found),
-        "checks": [
-            {"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in check(scan)
-        ]
-        + energy.findings(scan, found),
-        "half_widths": [] if foreign_dims(scan) else _half_widths(flat),
+        "checks": [{"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in wrong],
+        "findings": named(wrong),
+        "lobes": [asdict(lobe) | {"status": str(lobe.status)} for lobe in lobes(scan)] if is_small else [],
+        "half_widths": _half_widths(flat) if is_small else [],
     }
+
+
+def named(found: Sequence[Finding]) -> list[dict[str, str]]:
+    """What is wrong with a scan as plain data: the name of each mistake, how much it matters, evidence and remedy."""
+    return [
+        {
+            "name": f.name,
+            "severity": str(f.severity),
+            "evidence": f"{f.what} ({f.where})" if f.where else f.what,
+            "remedy": f.remedy,
+        }
+        for f in found
+    ]
 
 
 def _quantity(scan: xr.Dataset) -> str:
@@ -90,13 +108,16 @@ def _rounded(values: np.ndarray) -> np.ndarray:
     return np.where(small, np.where(small, values, 0.0).round(9), values) + 0.0
 
 
-def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
-    """Those of every curve; none where there are so many points or curves that reading them would take seconds."""
+def _is_small(flat: xr.Dataset) -> bool:
+    """Whether there are so few points and curves that reading them all takes no seconds."""
     curves = len(np.unique(flat["theta_i"].values)) * math.prod(
         len(_distinct(flat, name)) for name in dataset.sets(flat)
     )
-    if flat.sizes["direction"] > MOST_POINTS or curves > MOST_CURVES:
-        return []
+    return flat.sizes["direction"] <= MOST_POINTS and curves <= MOST_CURVES
+
+
+def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
+    """The paper's gamma, read from every curve."""
     names = ("curve", "gamma", "uncertainty", "floor")
     return [{n: getattr(h, n) for n in names} | {"status": str(h.status)} for h in half_widths(flat)]
 
@@ -105,8 +126,8 @@ def _range(values: np.ndarray) -> list[float]:
     return [round(float(values.min()), 9) + 0.0, round(float(values.max()), 9) + 0.0]
 
 
-def lines(record: dict[str, Any]) -> Iterator[Any]:
-    """The same for people."""
+def lines(record: dict[str, Any], gamma: bool = False) -> Iterator[Any]:
+    """The same for people; with `gamma` the paper's reading behind the normal too."""
     yield strong(record["file"], f": {record['format']}, {record['quantity']} [{unit_label(record['unit'])}]")
     yield _facts(record)
     for line in record["provenance"][:MOST_LINES]:
@@ -114,18 +135,45 @@ def lines(record: dict[str, Any]) -> Iterator[Any]:
         yield faint(f"# {line[:LONGEST]}{more}")
     if len(record["provenance"]) > MOST_LINES:
         yield faint(f"# and {len(record['provenance']) - MOST_LINES} more lines; --json has them all")
-    for finding in record["checks"]:
-        where = f" ({finding['where']})" if finding["where"] else ""
-        yield f"{finding['severity']}: {finding['what']}{where}: {finding['remedy']}"
-    if not record["checks"]:
+    for finding in record["findings"]:
+        name = f" ({finding['name']})" if finding["name"] else ""
+        yield f"{finding['severity']}: {finding['evidence']}: {finding['remedy']}{name}"
+    if not record["findings"]:
         yield "nothing wrong was found"
-    if any(h["gamma"] == h["gamma"] for h in record["half_widths"]):
-        widths = table("curve", "half width [deg]", "backscatter side", left=1)
-        widths.columns[2].justify = "left"
-        for h in record["half_widths"]:
-            width = uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"
-            widths.add_row(h["curve"], width, h["status"])
-        yield widths
+    yield from _lobe_lines(record)
+    if gamma:
+        yield from _gamma_lines(record)
+
+
+def _lobe_lines(record: dict[str, Any]) -> Iterator[Any]:
+    """The lobe of every curve: where its peak lies, and its half width as measured."""
+    found = record["lobes"][:MOST_LOBES]
+    if not any(lobe["half_width"] == lobe["half_width"] for lobe in found):
+        return
+    unit = unit_label(record["unit"])
+    widths = table("curve", f"peak [{unit}]", "at theta_r [deg]", "half width of the lobe [deg]", left=1)
+    for lobe in found:
+        half = f"{lobe['half_width']:.1f}" if lobe["half_width"] == lobe["half_width"] else "–"
+        mark = "" if lobe["status"] in (Width.BOTH, Width.AT_END, Width.NO_LOBE, Width.NEVER) else " *"
+        widths.add_row(lobe["curve"], figure(lobe["peak"]), f"{lobe['theta_r']:.1f}", half + mark)
+    yield widths
+    if any(lobe["status"] in (Width.TO_NORMAL, Width.FROM_NORMAL) for lobe in found):
+        yield "* from one side of the peak: the scan ends before the other falls to half"
+    if len(record["lobes"]) > MOST_LOBES:
+        yield f"and {len(record['lobes']) - MOST_LOBES} more curves; --json has them all"
+
+
+def _gamma_lines(record: dict[str, Any]) -> Iterator[Any]:
+    """The paper's gamma of every curve, as `--hold gamma=half-width` reads it."""
+    if not record["half_widths"]:
+        yield "gamma is read from curves in plane, and not from so many"
+        return
+    widths = table("curve", "gamma [deg]", "behind the normal", left=1)
+    widths.columns[2].justify = "left"
+    for h in record["half_widths"]:
+        width = uncertain(h["gamma"], h["uncertainty"]) if h["gamma"] == h["gamma"] else "–"
+        widths.add_row(h["curve"], width, h["status"])
+    yield widths
 
 
 def _facts(record: dict[str, Any]) -> Any:

@@ -1,36 +1,53 @@
 """`gonio check`: the plausibility of a model, a scan or a fit, whichever the name turns out to be."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
+from gonio.app.options import ScanOptions
 from gonio.app.output import figure, strong, warn
 from gonio.app.views import contents
+from gonio.app.views.energy import findings as energy_findings
 from gonio.app.views.evaluation import labels_of
+from gonio.app.views.file import named
+from gonio.findings import NAMES
+from gonio.findings import check as findings_of
 from gonio.fitting import Solution
-from gonio.formats import read
 from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.measured.check import Severity
-from gonio.measured.check import check as findings_of
+from gonio.measured.check import Finding, Severity
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity
+from gonio.resampling.hemisphere import Reflectance, reflectances
 from gonio.sampling import hemispherical_reflectance
 
-Checked = Mapping[str, list[Verdict]]
+
+class Checked(dict[str, list[Verdict]]):
+    """Verdicts by what was checked. findings: what is wrong with a scan; None for a model and a fit."""
+
+    findings: list[Finding] | None = None
+
+
 Values = npt.NDArray[np.float64]
 
 
-def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked:
+def check(
+    target: str,
+    values: Mapping[str, float],
+    samples: int = 0,
+    used: ScanOptions = ScanOptions(),  # noqa: B008 - frozen
+) -> Checked:
     """Verdicts by what was checked: each term of a model, or the whole of it; a scan; each set of a fit.
 
     `values` are a model's weights and shape; without a weight every term is checked alone, at weight 1. With `samples`
-    a model's reflectance comes from as many drawn directions at each incidence angle instead of quadrature.
+    a model's reflectance comes from as many drawn directions at each incidence angle instead of quadrature. `used` is
+    what is asked of a scan.
     Raises KeyError for a name that is neither a file nor a model.
     """
     path = Path(target)
@@ -40,16 +57,30 @@ def check(target: str, values: Mapping[str, float], samples: int = 0) -> Checked
                 "--set, --material and --samples belong to a model; a scan and a fit have their own values"
             )
         if (solution := contents.fit_in(path)) is not None:
+            used.refuse_for(path, "a fit")
             return _of_solution(path, solution)
         if contents.stack_in(path) is not None:
             raise ValueError(f"{path}: holds many scans, and a check takes one: gonio info says which")
-        scan = read(path)
-        for finding in findings_of(scan):
-            if finding.severity is Severity.WARNING:
-                warn(path, finding)
-        return {path.name: of_scan(scan)}
+        return _of_scan(path, used.read(path, findings=False))
+    if used != ScanOptions():
+        raise ValueError(f"{target} is no file, and --select, masks and corrections belong to a scan")
     contents.fit_named(target)  # for what it refuses: a name that can only be that of a file
     return _of_model(catalogue[target], values, samples)
+
+
+def _of_scan(path: Path, scan: xr.Dataset) -> Checked:
+    """The laws, and what is wrong with the scan; warnings that are no mistake of a measurement go to standard error."""
+    table: Sequence[Reflectance] | None
+    try:
+        table = reflectances(scan)
+    except ValueError:  # of which the verdict about energy says why
+        table = None
+    checked = Checked({path.name: of_scan(scan, table)})
+    checked.findings = [*findings_of(scan, table or ()), *energy_findings(scan, table or ())]
+    for finding in checked.findings:
+        if finding.severity is Severity.WARNING and finding.name not in NAMES:
+            warn(path, finding)
+    return checked
 
 
 def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checked:
@@ -63,7 +94,7 @@ def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checke
             )
             for weight in model.weights
         }
-    out = {}
+    out = Checked()
     for name, (chosen, unit) in whole.items():
         laws = _laws(partial(_evaluate, model, chosen), "" if samples else unit)
         out[name] = [*laws[:-1], _sampled_energy(model, chosen, samples)] if samples and unit else laws
@@ -95,7 +126,7 @@ def _of_solution(path: Path, solution: Solution) -> Checked:
     combinations: list[dict[str, Any]] = [{}]
     for coordinate in (c for c in dataset.SETS if c in labels):
         combinations = [one | {coordinate: label} for one in combinations for label in sorted(labels[coordinate])]
-    out = {}
+    out = Checked()
     for combination in combinations:
         brdf = partial(_fitted, solution.model, solution, combination)
         name = ", ".join([path.name, *(f"{k} {v}" for k, v in combination.items())])
@@ -131,17 +162,18 @@ def _laws(brdf: Any, unit: str, theta_i: list[float] | None = None) -> list[Verd
     return [positivity(brdf, theta_i), reciprocity(brdf, theta_i), last]
 
 
-def record(checked: Checked) -> list[dict[str, Any]]:
-    """The verdicts as plain data."""
-    return [
+def record(checked: Checked) -> Any:
+    """The verdicts as plain data; of a scan in an object, with what is wrong with it."""
+    verdicts = [
         {"checked": name, "law": v.law, "holds": v.holds, "figures": v.figures, "where": v.where, "why": v.why}
-        for name, verdicts in checked.items()
-        for v in verdicts
+        for name, laws in checked.items()
+        for v in laws
     ]
+    return verdicts if checked.findings is None else {"verdicts": verdicts, "findings": named(checked.findings)}
 
 
 def lines(checked: Checked) -> Any:
-    """The verdicts for people."""
+    """The verdicts for people, and what mistakes of measurements a scan shows."""
     words = {True: "holds", False: "violated", None: "no verdict"}
     for name, verdicts in checked.items():
         yield strong(name)
@@ -150,6 +182,7 @@ def lines(checked: Checked) -> Any:
             where = f" at {v.where}" if v.where and v.holds is not True else ""
             detail = "; ".join(part for part in (figures + where, v.why) if part)
             yield f"  {v.law}: {words[v.holds]}{': ' + detail if detail else ''}"
+    yield from (f"{finding} ({finding.name})" for finding in checked.findings or () if finding.name in NAMES)
 
 
 def _figures(verdict: Verdict) -> str:

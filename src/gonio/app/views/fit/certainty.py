@@ -175,8 +175,9 @@ def _derived_table(numbers: tuple[Derived, ...]) -> "Table":
     out.columns[3].justify = "left"
     for number in known:
         where = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in number.where.items())
+        name = f"{number.name} (fit)" if number.name == "half width" else number.name  # gonio info has the measured one
         out.add_row(
-            number.name, where, uncertain(number.value, number.uncertainty, number.systematic), unit_label(number.unit)
+            name, where, uncertain(number.value, number.uncertainty, number.systematic), unit_label(number.unit)
         )
     return out
 

@@ -229,3 +229,37 @@ class TestContradictions:
         assert everything.best.solution.dataset.attrs["points"] == 7 * 81
         assert [one["kind"] for one in found.record()["contradicted"]] == ["reciprocity"]
         assert found.best.solution.values["rho"] == pytest.approx(0.5, rel=1e-2)
+
+
+class TestPresets:
+    """`--dielectric` and `--metal`: what the surface is made of."""
+
+    def test_a_dielectric_has_an_index_of_at_least_1_and_no_extinction(self):
+        problem = gonio.Problem(gonio.catalogue["ggx"], simulated(), dielectric=True)
+        by_name = {entry.name: entry for entry in problem.entries}
+        assert by_name["index"].lower == 1
+        assert by_name["extinction"].held == (0.0,)
+
+    def test_a_metal_absorbs(self):
+        problem = gonio.Problem(gonio.catalogue["ggx"], simulated(), metal=True)
+        assert {e.name: e.lower for e in problem.entries}["extinction"] == 1
+
+    def test_what_is_given_stays(self):
+        problem = gonio.Problem(
+            gonio.catalogue["ggx"], simulated(), dielectric=True, held={"extinction": 0.1}, bounds={"index": (1.3, 1.7)}
+        )
+        by_name = {entry.name: entry for entry in problem.entries}
+        assert by_name["extinction"].held == (0.1,)
+        assert by_name["index"].upper == 1.7
+
+    def test_models_without_an_index_are_compared_all_the_same(self):
+        rows = gonio.compare(simulated(), FEW, dielectric=True)
+        assert {row.model.name for row in rows} == {"lambert", "ward", "ggx"}
+
+    def test_a_model_without_an_index_alone_is_refused(self):
+        with pytest.raises(ValueError, match="lambert has no parameter 'extinction'"):
+            gonio.Problem(FEW[0], simulated(), dielectric=True)
+
+    def test_both_are_refused(self):
+        with pytest.raises(ValueError, match="exclude each other"):
+            gonio.Problem(gonio.catalogue["ggx"], simulated(), dielectric=True, metal=True)

@@ -14,6 +14,7 @@ from gonio.comparison.metrics import METRICS
 from gonio.fitting.certainty.identifiability import determinations
 from gonio.fitting.solution import Solution
 from gonio.outside import printable
+from gonio.results.implausible import implausible
 from gonio.results.numbers import figure, interval, name, uncertain
 from gonio.results.prediction import is_logarithmic
 from gonio.results.values import AT_BOUND, FITTED, HELD, NOT_DETERMINED, Value, values
@@ -142,6 +143,7 @@ def _notes(solution: Solution, found: Sequence[Value]) -> Iterator[str]:
     attrs = solution.dataset.attrs
     if attrs["searches"] > 1 and attrs["searches_alike"] == 1 and attrs["next_minimum"] > 1:
         yield f"a lower minimum may exist: each of {attrs['searches']} searches met another one"
+    yield from (f"not physical: {words}" for words in implausible(solution))
     yield from _undetermined(solution, found)
     cones = solution.instrument
     if cones:

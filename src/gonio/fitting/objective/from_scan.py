@@ -23,6 +23,7 @@ from gonio.units import UNITS
 
 HALF_WIDTH = "half-width"
 CONSTANTS = ("index", "extinction")
+MOST_INDEX, MOST_EXTINCTION = 10.0, 20.0  # as the models declare
 WAVELENGTH = "wavelength"  # the shape parameter of a model that is held at the scan's own coordinate
 
 
@@ -40,6 +41,8 @@ def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
     changed: dict[str, Any] = {"held": held} if held != options.held else {}
     if options.weighting == AUTO:
         changed |= _weighting(options, scan)
+    if options.dielectric or options.metal:
+        changed |= _of_kind(options, held)
     return changed | _with_material(options, held, scan) if options.material else changed
 
 
@@ -75,6 +78,22 @@ def _half_width(name: str, text: str, scan: xr.Dataset) -> float:
         reasons = "; ".join(sorted({str(reading.status) for reading in readings})) or "the scan has no in-plane curve"
         raise ValueError(f"no half width can be read from the scan ({reasons}): hold {name} at a number, or fit it")
     return widest.gamma
+
+
+def _of_kind(options: ProblemOptions, held: dict[str, Any]) -> dict[str, Any]:
+    """The options with the constants of a dielectric or a metal kept within what such a material has.
+
+    A bound or a held value that is given stays. Raises ValueError for both kinds, and for one beside a material.
+    """
+    if options.dielectric and options.metal:
+        raise ValueError("--dielectric and --metal exclude each other: give one, or neither")
+    if options.material:
+        raise ValueError("--material holds index and extinction already: leave out --dielectric and --metal")
+    name, limits = ("index", (1.0, MOST_INDEX)) if options.dielectric else ("extinction", (1.0, MOST_EXTINCTION))
+    bounds = options.bounds if name in held or name in options.bounds else {**options.bounds, name: limits}
+    settled = {"dielectric": False, "metal": False, "bounds": bounds}
+    is_free = options.dielectric and not any("extinction" in given for given in (held, options.bounds, options.grouped))
+    return settled | ({"held": held | {"extinction": 0.0}} if is_free else {})
 
 
 def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Dataset) -> dict[str, Any]:

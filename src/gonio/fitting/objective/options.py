@@ -60,6 +60,9 @@ class ProblemOptions:
     smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength of
         the penalty: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `objective.smooth` has the penalty.
     bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
+    dielectric, metal: what the surface is made of, for the models with `index` and `extinction`: a dielectric has an
+        index of at least 1 and no extinction, a metal an extinction of at least 1. Without either they are free within
+        the declared bounds, and a fit may end where no material lies.
     material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths,
         or at `wavelength` [nm] where that is given.
     weighting: a name of WEIGHTINGS, or `auto`, which takes the one that the scan asks for (`automatic`). g1 and g2,
@@ -121,6 +124,10 @@ class ProblemOptions:
             of_parameters=True,
         ),
     ] = field(default_factory=dict)
+    dielectric: Annotated[
+        bool, Option("keep index at 1 or more and extinction at 0: paint, film, glass", panel=Panel.MODEL)
+    ] = False
+    metal: Annotated[bool, Option("keep extinction at 1 or more", panel=Panel.MODEL)] = False
     material: MaterialName = ""
     wavelength: MaterialWavelength = None
     weighting: Weighting = AUTO

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 from gonio.app.output import LEVEL, figure, strong, table, uncertain
 from gonio.app.views.fit import provisos, values
 from gonio.app.views.judged import judged_lines, judged_record
+from gonio.results.implausible import implausible
+from gonio.results.values import values as values_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -13,6 +15,7 @@ if TYPE_CHECKING:
     from gonio.app.views.fit.certainty import Certainty
     from gonio.comparison import Row
     from gonio.fitting.certainty.outliers import Scrutiny
+    from gonio.fitting.solution import Solution
 
 
 def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") -> dict[str, Any]:
@@ -35,7 +38,8 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
         "instrument": provisos.instrument_record(row.solution),
         "covariance": row.solution.covariance_kind,
         "parameters": row.solution.parameters(),
-        "intervals": {"level": LEVEL} | {n: list(ends) for n, ends in row.solution.intervals(LEVEL).items()},
+        "intervals": {"level": LEVEL} | _intervals(row.solution),
+        "implausible": list(implausible(row.solution)),
         "metrics": dict(row.metrics),
         "lg_rmse_points": judged_record(row.judged),
         "aicc": row.aicc,
@@ -53,6 +57,12 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
         },
         "combinations": {c.name: {"value": c.value, "uncertainty": c.uncertainty} for c in combinations(row.solution)},
     } | certainty.record()
+
+
+def _intervals(solution: "Solution") -> dict[str, list[float]]:
+    """Low and high end for random errors by parameter, within the bounds of the fit."""
+    found = values_of(solution)
+    return {f"{v.parameter}[{v.group}]" if v.by else v.parameter: [v.low, v.high] for v in found}
 
 
 def determination_lines(row: "Row", certainty: "Certainty") -> Iterator[Any]:
@@ -92,6 +102,7 @@ def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") 
     if solution.covariance_kind != DEFAULT:
         yield f"{solution.covariance_kind} covariance: {COVARIANCES[solution.covariance_kind]}"
     yield from values.solution_tables(solution)
+    yield from (strong("not physical", f": {words}") for words in implausible(solution))
     yield from determination_lines(row, certainty)
     yield from provisos.outlier_lines(scrutiny)
     yield from certainty.tables()

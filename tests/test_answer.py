@@ -222,6 +222,14 @@ class TestContradictions:
     def test_a_narrow_peak_near_the_end_is_no_edge(self):
         assert contradictions(self.scan(lambda i, r, f: np.where((i == 70) & (np.abs(r - 74) < 1), 50 * f, f))) == []
 
+    def test_transmission_and_turned_surfaces_are_not_judged(self):
+        """Exchanged directions of transmission lie on the other side, and a turned surface has many curves."""
+        points = self.scan(lambda i, r, f: np.where(i == 70, 1.3 * f, f))
+        modes = np.full(points.sizes["direction"], "transmission")
+        assert contradictions(points.assign_coords(mode=("direction", modes))) == []
+        turned = np.arange(points.sizes["direction"]) % 2 * 90.0
+        assert contradictions(points.assign_coords(phi_i=("direction", turned))) == []
+
     def test_what_is_contradicted_is_left_out_of_the_fit_and_told(self):
         scan = self.scan(lambda i, r, f: np.where(i == 70, 1.3 * f, f))
         found, everything = answer(scan, FEW[:1]), answer(scan, FEW[:1], Asked(keep_all=True))

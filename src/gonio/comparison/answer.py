@@ -22,6 +22,7 @@ import xarray as xr
 
 from gonio.comparison.assessment import Row, validate
 from gonio.comparison.consistency import Contradiction, consistent
+from gonio.comparison.consistency import record as contradicted_record
 from gonio.comparison.race import first_look, spread_rows, worth_fitting
 from gonio.comparison.ranking import assessed, ignored, ordered, problems_of
 from gonio.comparison.verdict import Verdict, verdict
@@ -128,10 +129,7 @@ class Answer:
             | {"words": self.verdict.words},
             "tried": self.tried,
             "compared_on": self.raced,
-            "contradicted": [
-                {"kind": one.kind, "theta_i": one.theta_i, "points": len(one.rows), "words": one.words}
-                for one in self.contradicted
-            ],
+            "contradicted": contradicted_record(self.contradicted),
         }
 
 

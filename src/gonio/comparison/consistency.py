@@ -23,8 +23,8 @@ steep.
 """
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -61,6 +61,11 @@ class Contradiction(NamedTuple):
     words: str
 
 
+def record(found: Sequence[Contradiction]) -> list[dict[str, Any]]:
+    """Contradictions as plain data, with the number of points of each."""
+    return [{"kind": one.kind, "theta_i": one.theta_i, "points": len(one.rows), "words": one.words} for one in found]
+
+
 def consistent(scan: xr.Dataset) -> tuple[xr.Dataset, list[Contradiction]]:
     """The scan with the values masked that the rest of it contradicts, and which these are."""
     points = dataset.points(scan)
@@ -74,7 +79,14 @@ def consistent(scan: xr.Dataset) -> tuple[xr.Dataset, list[Contradiction]]:
 
 
 def contradictions(points: xr.Dataset) -> list[Contradiction]:
-    """The values of a flat scan that the rest of it contradicts: incidence angles, the worst first, then edges."""
+    """The values of a flat scan that the rest of it contradicts: incidence angles, the worst first, then edges.
+
+    None of a scan with transmission, whose exchanged directions lie on the other side, nor of a surface that was
+    turned, whose curves are many at one incidence angle.
+    """
+    is_turned = "phi_i" in points.coords and len(np.unique(points["phi_i"].values)) > 1
+    if is_turned or "transmission" in dataset.modes(points):
+        return []
     angles = inconsistent_angles(points)
     theta_i = points["theta_i"].values
     found = []

@@ -11,6 +11,8 @@ import xarray as xr
 
 from gonio.app.output import faint, figure, strong, table, uncertain
 from gonio.app.views import energy
+from gonio.comparison.consistency import contradictions
+from gonio.comparison.consistency import record as contradicted_record
 from gonio.findings import check, lobes
 from gonio.findings.lobe import Width
 from gonio.formats import read, recognise
@@ -61,6 +63,7 @@ def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
         "reflectance": energy.record(found),
         "checks": [{"severity": str(f.severity), "what": f.what, "where": f.where, "remedy": f.remedy} for f in wrong],
         "findings": named(wrong),
+        "contradicted": contradicted_record(contradictions(dataset.points(scan))) if is_small else [],
         "lobes": [asdict(lobe) | {"status": str(lobe.status)} for lobe in lobes(scan)] if is_small else [],
         "half_widths": _half_widths(flat) if is_small else [],
     }
@@ -138,7 +141,9 @@ def lines(record: dict[str, Any], gamma: bool = False) -> Iterator[Any]:
     for finding in record["findings"]:
         name = f" ({finding['name']})" if finding["name"] else ""
         yield f"{finding['severity']}: {finding['evidence']}: {finding['remedy']}{name}"
-    if not record["findings"]:
+    for one in record["contradicted"]:
+        yield f"note: {one['words']}: a fit leaves {one['points']} points out, unless --keep-all is given"
+    if not record["findings"] and not record["contradicted"]:
         yield "nothing wrong was found"
     yield from _lobe_lines(record)
     if gamma:

@@ -19,10 +19,13 @@ _HOMES = {
     "evaluate": "gonio.evaluation",
     "fit": "gonio.fitting.fitting",
     "fit_many": "gonio.fitting.many.fit_many",
+    "from_pandas": "gonio.tables.arrays",
     "join": "gonio.measured.dataset",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
+    "read_table": "gonio.tables.read",
     "resample": "gonio.resampling.resample",
+    "scan": "gonio.tables.arrays",
     "simulate": "gonio.measured.simulation",
     "write": "gonio.formats",
 }
@@ -38,10 +41,13 @@ __all__ = [
     "evaluate",
     "fit",
     "fit_many",
+    "from_pandas",
     "join",
     "published",
     "read",
+    "read_table",
     "resample",
+    "scan",
     "simulate",
     "write",
 ]
@@ -62,6 +68,7 @@ if TYPE_CHECKING:
     from gonio.models.publications import published
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
+    from gonio.tables import from_pandas, read_table, scan
 
 
 def __getattr__(name: str) -> Any:

@@ -6,6 +6,7 @@ the numerical libraries with it.
 
 import ast
 import importlib
+import keyword
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from typer.core import TyperGroup
 # The commands in the order of a day's work; each is a file of that name in `commands`.
 COMMANDS = (
     *("info", "fit", "compare", "plot", "check", "fit-stack"),
-    *("convert", "diff", "reduce", "fetch", "formats"),
+    *("import", "convert", "diff", "reduce", "fetch", "formats"),
     *("models", "eval", "draw", "materials", "demo"),
 )
 SETTINGS: dict[str, Any] = {
@@ -26,7 +27,8 @@ SETTINGS: dict[str, Any] = {
 
 
 def _file(name: str) -> Path:
-    return Path(__file__).with_name("commands") / f"{name.replace('-', '_')}.py"
+    mark = "_" if keyword.iskeyword(name) else ""  # no module can be called `import`
+    return Path(__file__).with_name("commands") / f"{name.replace('-', '_')}{mark}.py"
 
 
 def _summary(name: str) -> str:

@@ -224,7 +224,7 @@ def _turned_round(scan: xr.Dataset) -> list[Finding]:
     )
     remedy = (
         "positive theta_r (phi 180) is the forward side here: if the file counts the other way, change the sign of "
-        "theta_r; a retroreflector looks the same"
+        "theta_r (gonio import FILE --flip does); a retroreflector looks the same"
     )
     return [Finding(Severity.WARNING, what, remedy)]
 

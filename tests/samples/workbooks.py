@@ -95,7 +95,8 @@ def _ods_cell(cell: float | str | None) -> str:
         return "<table:table-cell/>"
     if isinstance(cell, str):
         return f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}</text:p></table:table-cell>'
-    return f'<table:table-cell office:value-type="float" office:value="{cell!r}"><text:p>{cell}</text:p></table:table-cell>'
+    value = f'office:value-type="float" office:value="{cell!r}"'
+    return f"<table:table-cell {value}><text:p>{cell}</text:p></table:table-cell>"
 
 
 def _xls(path: Path, sheets: Sheets) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gonio.measured.dataset import HORIZON
 from gonio.tables import vocabulary as v
-from gonio.tables.gather import Gathered, Source
+from gonio.tables.gather import Gathered
 from gonio.tables.request import Asker, Target
 
 CIRCLE = 2.0 * math.pi
@@ -38,9 +38,7 @@ def in_degrees(found: Gathered, asker: Asker) -> dict[str, tuple[np.ndarray, str
     large = any((np.abs(a) > CIRCLE).any() for a in unsaid.values())
     for target, values in unsaid.items():
         if not large or _written_in_radians(values):
-            said = f"{target} ({found.sources[target].text}) has no unit"
-            what = f"{said}, and its values may be radians; if they are degrees"
-            raise _ask_unit(what, found.sources[target], target, asker, int(found.lines[0]))
+            raise _ask_unit(target, unsaid, found, asker)
     out = {}
     for target, values in angles.items():
         unit = found.sources[target].unit
@@ -52,11 +50,16 @@ def in_degrees(found: Gathered, asker: Asker) -> dict[str, tuple[np.ndarray, str
     return out
 
 
-def _ask_unit(what: str, source: Source, target: str, asker: Asker, line: int) -> Exception:
-    if source.text.startswith("column '"):
-        heading = source.text.removeprefix("column '").removesuffix("'")
-        return asker.ask(what, line, columns={heading: Target(target, "deg")})
-    return asker.wrong(f"{what}, write the unit into the file, as in 10 deg", line)
+def _ask_unit(target: str, unsaid: dict[str, np.ndarray], found: Gathered, asker: Asker) -> Exception:
+    """The question for the unit of an angle: with the likelier one for all columns that have none."""
+    line, source = int(found.lines[0]), found.sources[target]
+    what = f"{target} ({source.text}) has no unit, and its values may be degrees or radians"
+    if not source.key:
+        return asker.wrong(f"{what}: write the unit into the file, as in 10 deg", line)
+    together = np.concatenate([np.abs(a) for a in unsaid.values()])
+    unit = "rad" if together.max() <= CIRCLE and (together != np.round(together)).any() else "deg"
+    columns = {found.sources[t].key: Target(t, unit) for t in unsaid if found.sources[t].key}
+    return asker.ask(f"{what}; if they are {'radians' if unit == 'rad' else 'degrees'}", line, columns=columns)
 
 
 def _written_in_radians(values: np.ndarray) -> bool:
@@ -169,13 +172,10 @@ def _refuse_exchanged(degrees: dict[str, tuple[np.ndarray, str]], found: Gathere
     azimuth = "phi" if "phi" in degrees else "phi_r"
     if not (beyond("theta_i", 0.0) or beyond("theta_r", -90.0)) or beyond("phi_i", 0.0) or beyond(azimuth, -90.0):
         return
-    named = {t: found.sources[t].text for t in ("theta_i", "phi_i", "theta_r", azimuth)}
-    if not all(text.startswith("column '") for text in named.values()):
+    sources = [found.sources[t] for t in ("theta_i", "phi_i", "theta_r", azimuth)]
+    if not all(source.key for source in sources):
         return
-    new = _EXCHANGED | {"theta_r": "phi_r"}
-    columns = {
-        t.removeprefix("column '")[:-1]: Target(new[target], found.sources[target].unit) for target, t in named.items()
-    }
+    columns = {source.key: Target(_EXCHANGED[source.target], source.unit) for source in sources}
     what = (
         "the columns named theta are beyond the hemisphere and those named phi are within it: if this table calls the "
         "polar angle phi and the azimuth theta"

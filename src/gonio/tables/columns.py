@@ -25,6 +25,7 @@ class Column:
     channel: str = ""
     of: str = ""  # of an uncertainty in percent: relative, or percentage points
     by_user: bool = False
+    is_twice: bool = False  # whether another column has the same heading
 
     @property
     def name(self) -> str:
@@ -34,7 +35,7 @@ class Column:
     @property
     def key(self) -> str:
         """How `--columns` names it."""
-        return self.heading.text or str(self.place + 1)
+        return str(self.place + 1) if self.is_twice or not self.heading.text else self.heading.text
 
 
 def columns(part: Part, asker: Asker) -> list[Column]:
@@ -66,7 +67,8 @@ class _Columns:
         heading = parsed(self.part.headings[k], unit) if self.part.headings[k] else Heading("")
         if heading.target in v.TEXTS and heading.target != "channel" and heading.unit:
             heading = replace(heading, target="")
-        return Column(k, heading, "" if heading.weak else heading.target)
+        twice = self.part.headings.count(self.part.headings[k]) > 1
+        return Column(k, heading, "" if heading.weak else heading.target, is_twice=twice)
 
     def _said(self, sniffed: list[Column]) -> dict[int, Column]:
         """The columns that `--columns` names, by place."""
@@ -246,7 +248,8 @@ def _as_said(column: Column, said: Target) -> Column:
     coverage = said.coverage if said.coverage is not None else heading.coverage or 1.0
     is_relative = heading.is_relative and said.name in v.UNCERTAINTIES
     new = replace(heading, target=said.name, unit=unit, quantity=quantity, coverage=coverage, is_relative=is_relative)
-    return Column(column.place, replace(new, weak=False, other_unit=""), said.name, of=said.of, by_user=True)
+    new = replace(new, weak=False, other_unit="")
+    return replace(column, heading=new, target=said.name, of=said.of, by_user=True)
 
 
 def values_of(found: list[Column]) -> Iterator[Column]:

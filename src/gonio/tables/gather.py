@@ -30,10 +30,11 @@ class Source:
     of: str = ""
     is_relative: bool = False
     mode: str = ""
-    by_user: bool = False
+    key: str = ""  # how --columns names it; empty where it is no column
 
     @property
     def kind(self) -> str:
+        """The kind of the unit; empty where none is stated."""
         return v.UNITS[self.unit].kind if self.unit else ""
 
 
@@ -124,7 +125,7 @@ def source_of(column: Column, text: str = "") -> Source:
         column.of,
         heading.is_relative,
         heading.mode if column.target == "brdf" else "",
-        column.by_user,
+        column.key,
     )
 
 

@@ -46,12 +46,16 @@ def axes(part: Part, asker: Asker) -> Axes:
     angles = np.array([a.value for a in found])
     names = _names(part, asker)
     cell = next((h for h in names if h.target == "brdf"), None)
-    named = [h for h in names if h.target in v.ANGLES]
+    named = [h for h in names if h.target in (*v.ANGLES, "wavelength")]
     own = next((a for a in found if a.target), None)
     rows, columns = _targets(named, own.target if own else _above(part), part, angles, asker)
-    unit = next((h.unit for h in names if h.unit and h.kind == v.ANGLE), "") or (part.units[0] if part.units else "")
+    unit = next((h.unit for h in names if h.unit and h.kind in (v.ANGLE, v.LENGTH)), "") or (
+        part.units[0] if part.units else ""
+    )
     stated = [h for h in (named[1:] or named) if h.unit]
-    of_columns = next((a.unit for a in found if a.unit), "") or (stated[0].unit if stated else unit)
+    of_columns = next((a.unit for a in found if a.unit), "") or (
+        stated[0].unit if stated and stated[0].kind == v.ANGLE else unit if rows != "wavelength" else ""
+    )
     how = "--rows" if asker.request.rows else f"the heading {part.headings[0]!r}" if named else "the signs"
     return Axes(
         Axis(rows, unit, f"the rows of the matrix (by {how})"),
@@ -115,13 +119,15 @@ def _targets(named: list[Heading], of_columns: str, part: Part, angles: np.ndarr
 
 def _other(target: str, part: Part) -> str:
     """The angle of the other axis: that of the other side, or the azimuth where a line above states the incidence."""
-    if target in v.INCIDENT:
+    if target in (*v.INCIDENT, "wavelength"):
         return "theta_r"
     return "" if set(part.constants) & set(v.INCIDENT) else "theta_i"
 
 
 def _are_two(rows: str, columns: str, part: Part) -> bool:
     both = {rows, columns}
+    if "wavelength" in both:
+        return bool(set(part.constants) & set(v.INCIDENT) and both & set(v.REFLECTED))
     if both & set(v.INCIDENT):
         return bool(both & set(v.REFLECTED))
     return bool(set(part.constants) & set(v.INCIDENT) and both & set(v.REFLECTED) and both & {"phi", "phi_r"})

@@ -50,9 +50,8 @@ def meaning(found: Gathered, titles: list[str], asker: Asker) -> Meaning:
     if request.quantity:
         name, how = request.quantity, "as --quantity says"
     elif source.quantity == UNCLEAR:
-        what = (
-            f"{source.text} may be several quantities, of {', '.join(v.QUANTITIES)}; if it is the first of these likely"
-        )
+        likely = v.QUANTITIES[_likely(source.text)].title
+        what = f"{source.text} may be one of several quantities ({', '.join(v.QUANTITIES)}); if it is the {likely}"
         raise asker.ask(what, line, quantity=_likely(source.text))
     elif source.quantity:
         name, how = source.quantity, "as the heading says"
@@ -93,10 +92,9 @@ def _with_unit(name: str, percent: bool, how: str, source: Source, asker: Asker,
         raise asker.ask(
             f"{source.text} is in 1/sr, which no reflectance factor is; if it is the BRDF", line, quantity="brdf"
         )
-    if name == "brdf" and percent and how.startswith("assumed"):
-        raise asker.ask(
-            f"{source.text} is in percent; if it is a reflectance factor", line, quantity="reflectance-factor:percent"
-        )
+    if name not in ("reflectance-factor", "log10-brdf", "signal") and percent and not asker.request.percent:
+        what = f"{source.text} is in percent, which no {name} is; if it is a reflectance factor"
+        raise asker.ask(what, line, quantity="reflectance-factor", percent=True)
     if name == "log10-brdf" and percent:
         raise asker.wrong(f"{source.text} is a logarithm in percent: --quantity says what it is", line)
     per_incident = any(word in v.squeezed(source.text) for word in v.PER_INCIDENT)
@@ -142,9 +140,8 @@ def _uncertainty(
     in_percent = source.kind == v.PERCENT
     if in_percent and of.percent and not (source.of or source.is_relative):
         what = f"{source.text} in percent may be relative or percentage points ({POINTS}), as the values are in percent"
-        heading = source.text.removeprefix("column ").strip("'")
         said = Target(target, "percent", source.coverage if source.coverage != 1 else None, "relative")
-        raise asker.ask(f"{what}; if it is relative", int(found.lines[0]), columns={heading: said})
+        raise asker.ask(f"{what}; if it is relative", int(found.lines[0]), columns={source.key: said})
     if source.is_relative or (in_percent and source.of != POINTS):
         return values * (0.01 if in_percent else 1.0) * np.abs(brdf)
     if source.kind in (v.ANGLE, v.LENGTH):

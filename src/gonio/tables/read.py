@@ -127,6 +127,7 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
     sets = {name: found.data[name] for name in (*v.TEXTS, "wavelength") if name in found.data}
     if found.sources["brdf"].mode and "mode" not in sets:
         sets["mode"] = np.full(len(found.lines), found.sources["brdf"].mode)
+        notes.append("the values are of transmission, as the heading says (BTDF)")
     layout = _layout(some, of_sheets)
     mapping = _mapping(found, where, of)
     notes += [f"kept and not used: {', '.join(map(repr, found.further))}"] if found.further else []
@@ -171,9 +172,8 @@ def _wavelength(found: Gathered, titles: list[str], asker: Asker) -> list[str]:
     said = []
     if not source.unit:
         if not ((values >= VISIBLE[0]) & (values <= VISIBLE[1])).all():
-            heading = source.text.removeprefix("column ").strip("'")
             what = f"{source.text} is a wavelength without a unit; if it is in um"
-            raise asker.ask(what, int(found.lines[0]), columns={heading: Target("wavelength", "um")})
+            raise asker.ask(what, int(found.lines[0]), columns={source.key or "wavelength": Target("wavelength", "um")})
         said = [f"wavelengths of {values.min():g} to {values.max():g} without a unit are taken as nm"]
     found.data["wavelength"] = np.round(values * (v.UNITS[source.unit].size if source.unit else 1.0), 9)
     if not (found.data["wavelength"] > 0).all():

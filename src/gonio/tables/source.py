@@ -162,7 +162,8 @@ def _rows(path: Path, lines: list[str], separator: str, mark: str) -> Iterator[R
         is_remark = text.startswith(REMARKS)
         if is_remark:
             text = text.lstrip("".join(REMARKS)).strip()
-            cells = [cells[0].strip().lstrip("".join(REMARKS)), *cells[1:]]
+            first = cells[0].strip().lstrip("".join(REMARKS))
+            cells = [first, *cells[1:]] if first or separator != " " else cells[1:]
         row = Row(line, tuple(_cell(c, mark) for c in cells), text, is_remark)
         if row.filled:
             yield row

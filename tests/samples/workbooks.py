@@ -65,7 +65,7 @@ def _cells(i: int, row: Sequence[float | str | None]) -> list[str]:
         if isinstance(cell, str):
             cells.append(f'<c r="{_place(i, k)}" t="inlineStr"><is><t>{escape(cell)}</t></is></c>')
         elif cell is not None:
-            cells.append(f'<c r="{_place(i, k)}"><v>{cell!r}</v></c>')
+            cells.append(f'<c r="{_place(i, k)}"><v>{float(cell)!r}</v></c>')
     return cells
 
 
@@ -95,7 +95,7 @@ def _ods_cell(cell: float | str | None) -> str:
         return "<table:table-cell/>"
     if isinstance(cell, str):
         return f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}</text:p></table:table-cell>'
-    value = f'office:value-type="float" office:value="{cell!r}"'
+    value = f'office:value-type="float" office:value="{float(cell)!r}"'
     return f"<table:table-cell {value}><text:p>{cell}</text:p></table:table-cell>"
 
 

@@ -12,6 +12,8 @@ from gonio.tables.request import Asker, Target
 
 CIRCLE = 2.0 * math.pi
 DIGITS = 6  # of an angle in degrees that was converted: tables have no more, and 1.3962634 rad is 80 deg
+NOISE = 9  # of a sum of angles, against the last bit of floating point
+MOST = 1e6  # of an angle in any unit; a larger azimuth has lost its digits to rounding
 NEAR = 1e-3  # rad: how near to a multiple of a quarter of pi an angle in radians is written
 
 
@@ -34,6 +36,10 @@ def in_degrees(found: Gathered, asker: Asker) -> dict[str, tuple[np.ndarray, str
     and where one of them is written as radians are.
     """
     angles = {t: found.data[t] for t in v.ANGLES if t in found.data}
+    for target, values in angles.items():
+        if (beyond := np.abs(values) > MOST).any():
+            row = int(beyond.argmax())
+            raise asker.wrong(f"{target} is {values[row]:g}, which is no angle", int(found.lines[row]))
     unsaid = {t: a for t, a in angles.items() if not found.sources[t].unit and np.any(a)}
     large = any((np.abs(a) > CIRCLE).any() for a in unsaid.values())
     for target, values in unsaid.items():
@@ -81,7 +87,7 @@ def directions(found: Gathered, asker: Asker) -> Directions:
     angles = {target: values for target, (values, _) in degrees.items()}
     how = {target: said for target, (_, said) in degrees.items() if said}
     notes: list[str] = []
-    theta_i = angles["theta_i"] if "theta_i" in angles else 90.0 - angles["elevation_i"]
+    theta_i = angles["theta_i"] if "theta_i" in angles else np.round(90.0 - angles["elevation_i"], NOISE)
     if "theta_i" not in angles:
         how["elevation_i"] = _and(how.get("elevation_i", ""), "theta_i = 90 deg - elevation_i")
     phi = _phi(angles, how)
@@ -117,8 +123,7 @@ def _phi(angles: dict[str, np.ndarray], how: dict[str, str]) -> np.ndarray | Non
         how.get("phi_r", ""),
         f"phi = phi_r - {'phi_i' if 'phi_i' in angles else '0, as no azimuth of the source is there'}",
     )
-    # Of angles that were converted and rounded, the difference is rounded too.
-    return np.round(angles["phi_r"] - source, DIGITS) % 360.0
+    return np.round(angles["phi_r"] - source, NOISE) % 360.0
 
 
 def _theta_r(
@@ -142,7 +147,7 @@ def _theta_r(
     theta_r, formula = formulas[target]
     if formula:
         how[target] = _and(how.get(target, ""), formula)
-    return np.round(theta_r, DIGITS) + 0.0 if target != "theta_r" else theta_r
+    return np.round(theta_r, NOISE) + 0.0 if target != "theta_r" else theta_r
 
 
 def _refuse_outside(name: str, values: np.ndarray, lowest: float, found: Gathered, asker: Asker) -> None:

@@ -12,6 +12,7 @@ from gonio.tables.request import Asker, Target
 from gonio.tables.source import number
 
 NUMBERED = 180.0  # no angle is larger: headings that are numbers above this may be wavelengths in nm
+LONGEST_KEY = 40  # characters of a heading by which a command names a column
 FURTHER = "further"  # the target of a column that is kept and takes no part
 
 
@@ -35,7 +36,8 @@ class Column:
     @property
     def key(self) -> str:
         """How `--columns` names it."""
-        return str(self.place + 1) if self.is_twice or not self.heading.text else self.heading.text
+        usual = 0 < len(self.heading.text) <= LONGEST_KEY and self.heading.text.isprintable()
+        return self.heading.text if usual and not self.is_twice else str(self.place + 1)
 
 
 def columns(part: Part, asker: Asker) -> list[Column]:
@@ -79,7 +81,7 @@ class _Columns:
             if not same and name.isdecimal():
                 same = [c for c in sniffed if c.place == int(name) - 1]
             if len(same) != 1:
-                known = ", ".join(repr(clip(c.heading.text)) for c in sniffed[:12] if c.heading.text) or "none"
+                known = ", ".join(repr(clip(c.heading.text)) for c in sniffed[:8] if c.heading.text) or "none"
                 what = (
                     "is twice among the headings: name it by its number"
                     if same
@@ -97,7 +99,7 @@ class _Columns:
         chosen = [c for c in found if c.heading.text and fnmatchcase(c.heading.text.casefold(), pattern.casefold())]
         chosen = [c for c in chosen if not c.by_user and c.heading.target not in v.UNCERTAINTIES]
         if not chosen:
-            known = ", ".join(repr(clip(c.heading.text)) for c in found[:12])
+            known = ", ".join(repr(clip(c.heading.text)) for c in found[:8])
             raise self.asker.wrong(f"--values {pattern!r} fits none of the headings {known}", self.part.line)
         places = {c.place for c in chosen}
         out = [
@@ -224,7 +226,7 @@ class _Columns:
             what = "no column is the values: the headings that are numbers may be wavelengths; if they are"
             return self.asker.ask(what, self.part.line, values="[0-9]*")
         if not shown or len(free) < len(lacking):
-            headings = ", ".join(clip(h) for h in self.part.headings[:12] if h) or "none"
+            headings = ", ".join(clip(h) for h in self.part.headings[:8] if h) or "none"
             what = f"no column is {names} (headings: {headings}), and no line above the table says it"
             return self.asker.wrong(f"{what}: name the columns by --columns HEADING={lacking[0]}", self.part.line)
         proposed = {c.key: Target(name) for c, name in zip(free, lacking, strict=False)}

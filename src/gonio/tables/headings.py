@@ -9,8 +9,9 @@ _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
 _COVERAGE = re.compile(r"k\s*=\s*(\d+(?:[.,]\d+)?)")
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 _WAVELENGTH = re.compile(
-    rf"(?<![\w.,])({_NUMBER})[\s_]*(nm|um|μm|microns?|nanomet(?:er|re)s?|micromet(?:er|re)s?)(?!\w)"
+    r"(?<![\d.,])([1-9]\d*(?:[.,]\d+)?|0[.,]\d+)[\s_]*(nm|um|μm|microns?|nanomet(?:er|re)s?|micromet(?:er|re)s?)(?!\w)"
 )
+LONGEST = 200  # characters of a heading or of a line that states something
 UNCLEAR = "?"  # the quantity of a name that may be several
 
 
@@ -47,6 +48,8 @@ class Heading:
 
 def parsed(text: str, unit_below: str = "") -> Heading:
     """The heading of a column; `unit_below` is the unit that a row of units gives it."""
+    if len(text) > LONGEST:
+        return Heading(text)
     rest, coverage = v.plain(text).strip(), 1.0
     units: list[str] = [unit_below] if unit_below else []
     other = ""
@@ -141,6 +144,8 @@ _PAIR = re.compile(rf"\s*([^\d=:,;+-][^=:,;]*?)\s*[=:,;]?\s*({_NUMBER})\s*([^\s\
 
 def constants(text: str) -> list[Constant]:
     """The constants that a line states, which says nothing else: `AOI = 10 deg, wavelength 650 nm`; else none."""
+    if len(text) > LONGEST:
+        return []
     found, at, line = [], 0, v.plain(text).strip().strip("#%!*[](){} ,;\t")
     while at < len(line):
         pair = _PAIR.match(line, at)
@@ -159,13 +164,32 @@ def wavelengths(text: str) -> set[float]:
     """The wavelengths [nm] that a line of text names."""
     return {
         float(a.replace(",", ".")) * v.UNITS[v.unit_of(u)].size
-        for a, u in _WAVELENGTH.findall(v.plain(text).casefold())
+        for a, u in _WAVELENGTH.findall(v.plain(text[:LONGEST]).casefold())
     }
+
+
+_UNIT_WORDS = {
+    "percent": re.compile(r"%|\bper ?cent\b|\bprozent\b", re.I),
+    "a.u.": re.compile(
+        r"\ba\.\s?u\.|\barb(itrary|\.)?\s?u(nits?|\.)|\brelative (?:units?|values?|data|brdf|bsdf)\b|\brel\.\s?u", re.I
+    ),
+    "sr-1": re.compile(r"\b1\s?/\s?sr\b|\bsr\s?\^?\{?-1|/\s?sr\b|\bper sr\b", re.I),
+}
+
+
+def units(text: str) -> set[str]:
+    """The units of values that a line of text names: percent, a.u. or sr-1."""
+    return {unit for unit, words in _UNIT_WORDS.items() if words.search(v.plain(text[:LONGEST]))}
+
+
+def is_of_units(text: str) -> bool:
+    """Whether a line of text begins with the word unit."""
+    return re.match(r"\W*(units?|einheit)\b", text, re.I) is not None
 
 
 def quantities(text: str) -> set[str]:
     """The quantities that a line of text names in one to three words."""
-    words = re.findall(r"[^\s,;:=()\[\]]+", v.plain(text))
+    words = re.findall(r"[^\s,;:=()\[\]]+", v.plain(text[:LONGEST]))
     spans = ("".join(words[i : i + n]) for n in (1, 2, 3) for i in range(len(words) - n + 1))
     named = {v.QUANTITY_NAMES[s] for span in spans if (s := v.squeezed(span)) in v.QUANTITY_NAMES and len(s) > 2}
     return named - {"signal"}

@@ -160,6 +160,8 @@ class _Parts:
         filled = [c for c in rest if c is not None]
         if not filled or (isinstance(first, float) and self.kind != MATRIX):
             return False
+        if self.part is not None and row.numbers == len(row.filled) and (first is not None or self.part.kind != MATRIX):
+            return False  # a row of the table that is being read
         if any(angle_of(c) is None for c in filled) or below.numbers < len(below.filled):
             return False
         if self.kind == MATRIX:

@@ -10,7 +10,7 @@ An uncertainty has the factor of its value. In percent it is relative to the val
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from gonio.measured.dataset import ABSOLUTE, RELATIVE
 from gonio.tables import vocabulary as v
 from gonio.tables.gather import Gathered, Source
-from gonio.tables.headings import UNCLEAR, quantities
+from gonio.tables.headings import UNCLEAR, is_of_units, quantities, units
 from gonio.tables.request import POINTS, Asker, Target
 
 GRAZING = 1e-6  # the cosine of theta_r below which nothing can be divided by it
@@ -64,8 +64,20 @@ def meaning(found: Gathered, titles: list[str], asker: Asker) -> Meaning:
         name, how = above.pop(), "as the text above the table says"
     else:
         name, how = "brdf", "assumed, as nothing says it: --quantity says otherwise"
+    if not source.unit:
+        source = replace(source, unit=_unit_above(name, titles, source, asker, line))
     percent = request.percent or source.kind == v.PERCENT
     return _with_unit(name, percent, how, source, asker, line)
+
+
+def _unit_above(name: str, titles: list[str], source: Source, asker: Asker, line: int) -> str:
+    """The unit that a line above the table states together with the quantity, or after the word unit; else empty."""
+    lines = [title for title in titles if name in quantities(title) or is_of_units(title)]
+    stated = set().union(*map(units, lines)) if lines else set()
+    if len(stated) > 1:
+        what = f"the text above the table names {' and '.join(sorted(stated))} as the unit of {source.text}"
+        raise asker.wrong(f"{what}: write the right one into a heading", line)
+    return stated.pop() if stated else ""
 
 
 def _likely(text: str) -> str:

@@ -1,17 +1,19 @@
 """A table as rows of cells, each with its line: of text, whose separator and decimal mark are found, or a workbook."""
 
 import csv
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from gonio.door import spreadsheet
-from gonio.door.text import clip, head
+from gonio.door.text import LONGEST_LINE, clip, head
 from gonio.files import FormatError
 from gonio.tables import vocabulary as v
 
 MOST_BYTES = 256 * 2**20
+LONGEST_NUMBER = 100  # characters
 SAMPLE = 400  # lines by which separator and decimal mark are found
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "strokes", " ": "white space"}
 MARKS = {".": "points", ",": "commas"}  # before the decimals
@@ -57,7 +59,10 @@ class Sheet:
 def number(text: str, mark: str = ".") -> float | None:
     """The number that a text is, None where it is none. One mark for decimals and none for thousands."""
     plain = text.strip().replace("\u2212", "-").lower()
-    return float(plain.replace(",", ".")) if _NUMBERS[mark].fullmatch(plain) and len(plain) < 100 else None
+    if len(plain) > LONGEST_NUMBER or not _NUMBERS[mark].fullmatch(plain):
+        return None
+    value = float(plain.replace(",", "."))
+    return value if math.isfinite(value) else None
 
 
 def sheets(path: Path) -> list[Sheet]:
@@ -71,7 +76,9 @@ def sheets(path: Path) -> list[Sheet]:
             raise FormatError(path, "holds no cells", "byte 0")
         return found
     text, encoding = _decoded(path)
-    lines = text.splitlines()
+    lines = re.split(r"\r\n|\n|\r", text)
+    if long := next((n for n, line in enumerate(lines, start=1) if len(line) > LONGEST_LINE), 0):
+        raise FormatError(path, f"is longer than {LONGEST_LINE} characters: this is no row of a table", f"line {long}")
     separator, mark = sniffed(path, lines[:SAMPLE])
     how = f"text separated by {SEPARATORS[separator]}, decimal {MARKS[mark]}{encoding}"
     return [Sheet("", list(_rows(path, lines, separator, mark)), how)]
@@ -151,8 +158,8 @@ def _words(line: str) -> list[str]:
     words = line.split()
     if any(number(w, m) is not None for w in words for m in MARKS) or len(wide) == 1:
         # In a heading, a unit in brackets belongs to the name before it.
-        joined = re.sub(r"\s+(?=[\[(][^\])]*[\])])", "\0", line.strip())
-        joined = re.sub(r"[\[(][^\])]*[\])]", lambda m: re.sub(r"\s", "\0", m[0]), joined)
+        joined = re.sub(r" (?=[\[(][^\])]{0,40}[\])])", "\0", " ".join(words))
+        joined = re.sub(r"[\[(][^\])]{0,40}[\])]", lambda m: re.sub(r"\s", "\0", m[0]), joined)
         return [cell.replace("\0", " ") for cell in joined.split()]
     return wide
 

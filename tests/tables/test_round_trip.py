@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -179,6 +180,21 @@ def test_sheets(tmp_path, scan, suffix, name, quantity):
     }
     found = read_table(write_workbook(tmp_path / f"book{suffix}", {**sheets, "Notes": [["nothing", "here"]]}))
     assert_equal(found, theta_i, theta_r, brdf)
+
+
+@pytest.mark.parametrize("names", [("450 nm", "550 nm"), ("wavelength 450 nm", "wavelength 550 nm")])
+def test_a_matrix_a_wavelength(tmp_path, names):
+    sheets = {
+        name: [["detector", 10.0, 30.0], [-60.0, k, 2.0 * k], [20.0, 3.0 * k, 4.0 * k]]
+        for k, name in enumerate(names, 1)
+    }
+    found = read_table(write_workbook(tmp_path / "book.xlsx", sheets))
+    assert found["wavelength"].values.tolist() == [450] * 4 + [550] * 4
+    assert found["brdf"].values.tolist() == [1, 2, 3, 4, 2, 4, 6, 8]
+    lines = [[[name], *rows, [""]] for name, rows in sheets.items()]
+    text = read_table(written(tmp_path, [row for part in lines for row in part], "", (",", "."), "utf-8"))
+    np.testing.assert_array_equal(text["wavelength"].values, found["wavelength"].values)
+    np.testing.assert_array_equal(text["brdf"].values, found["brdf"].values)
 
 
 @settings(SETTINGS, max_examples=8)

@@ -143,17 +143,20 @@ _PAIR = re.compile(rf"\s*([^\d=:,;+-][^=:,;]*?)\s*[=:,;]?\s*({_NUMBER})\s*([^\s\
 
 
 def constants(text: str) -> list[Constant]:
-    """The constants that a line states, which says nothing else: `AOI = 10 deg, wavelength 650 nm`; else none."""
+    """The constants that a line states, which says nothing else: `AOI = 10 deg, wavelength 650 nm`, `650 nm`; else none."""
     if len(text) > LONGEST:
         return []
     found, at, line = [], 0, v.plain(text).strip().strip("#%!*[](){} ,;\t")
+    if wavelength := _WAVELENGTH.fullmatch(line.casefold()):
+        return [Constant("wavelength", float(wavelength[1].replace(",", ".")), v.unit_of(wavelength[2]), text.strip())]
     while at < len(line):
         pair = _PAIR.match(line, at)
         if pair is None:
             return []
         heading = parsed(pair[1])
         unit = v.unit_of(pair[3]) if pair[3] else heading.unit
-        if heading.target not in CONSTANTS or (pair[3] and not unit):
+        kind = v.LENGTH if heading.target == "wavelength" else v.ANGLE
+        if heading.target not in CONSTANTS or (pair[3] and not unit) or (unit and v.UNITS[unit].kind != kind):
             return []
         found.append(Constant(heading.target, float(pair[2].replace(",", ".")), unit, text.strip()))
         at = pair.end()

@@ -90,6 +90,8 @@ def understood(path: Path, asked: Request) -> Table:
         raise asker.wrong(f"{what}; name the columns by --columns 1=theta_i,2=theta_r,3=brdf", found[0].rows[0].line)
     if len(some) > 1:
         _by_sheet(some, asker)
+    for part in some[0][1] if len(some) == 1 else []:
+        part.constants = {c.target: c for c in constants(part.sheet)} | part.constants
     return assembled([part for _, of in some for part in of], some[0][0].how, asker, len(some))
 
 

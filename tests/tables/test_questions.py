@@ -67,6 +67,11 @@ ASKED = {
         "--layout matrix --rows theta_r",
     ),
     "matrix turned": ("AOI,10,30\n-20,.1,.2\n20,.2,.3\n", "never below zero", "--rows theta_r"),
+    "unit of a corner": (
+        "Winkel [Grad],10 deg,30 deg\n-20,.1,.2\n20,.2,.3\n",
+        "'Grad' where a unit",
+        "--columns 'Winkel [Grad]=theta_r:deg'",
+    ),
     "names exchanged": (
         "phi_i theta_i phi_o theta_o brdf\n5 -180 -60 0 .1\n41 -180 41 0 .2\n",
         "polar angle phi and the azimuth theta",

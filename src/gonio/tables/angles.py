@@ -52,7 +52,10 @@ def in_degrees(found: Gathered, asker: Asker) -> dict[str, tuple[np.ndarray, str
             how = "" if unit else "deg, as angles exceed 2 pi" if target in unsaid else "all 0"
             out[target] = (values, how)
         else:
-            out[target] = (np.round(values * v.UNITS[unit].size, DIGITS) + 0.0, f"from {unit}")
+            out[target] = (
+                np.round(values * v.UNITS[unit].size, DIGITS) + 0.0,
+                f"from {unit}, rounded to 1e-{DIGITS} deg",
+            )
     return out
 
 

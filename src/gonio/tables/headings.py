@@ -77,6 +77,8 @@ def parsed(text: str, unit_below: str = "") -> Heading:
     unit = units[0] if len(set(units)) == 1 else ""
     has_k = _COVERAGE.search(v.plain(text)) is not None
     found = _named(text, rest, coverage if has_k else None, wavelength)
+    if unit == "a.u." and found.target in v.UNCERTAINTIES and re.search(r"\brel(ative|\.)?(?!\w)", text, re.I):
+        return Heading(text, found.target, "", coverage=found.coverage, is_relative=True)
     outside = _BRACKETS.sub(" ", rest)
     if not found.target and other and (named := _named(text, outside, None, wavelength)).target:
         return Heading(text, named.target, "", named.quantity, wavelength, other_unit=other)
@@ -85,7 +87,7 @@ def parsed(text: str, unit_below: str = "") -> Heading:
 
 def _without_suffix(name: str) -> tuple[str, str]:
     """A name without the unit at its end, and the unit: `theta_i_deg`, `AOI, deg`, `AOI/deg`, `log10(BRDF/sr-1)`."""
-    text = name.strip().rstrip(")]} ")
+    text = re.sub(r"\bper[\s_]+sr$", "persr", name.strip().rstrip(")]} "), flags=re.I)
     lower = text.casefold()
     for spelling in v.SUFFIXES:
         if not lower.endswith(spelling):
@@ -143,7 +145,7 @@ _PAIR = re.compile(rf"\s*([^\d=:,;+-][^=:,;]*?)\s*[=:,;]?\s*({_NUMBER})\s*([^\s\
 
 
 def constants(text: str) -> list[Constant]:
-    """The constants that a line states, which says nothing else: `AOI = 10 deg, wavelength 650 nm`, `650 nm`; else none."""
+    """The constants of a line that states nothing else, as `AOI = 10 deg, wavelength 650 nm` or `650 nm`; else none."""
     if len(text) > LONGEST:
         return []
     found, at, line = [], 0, v.plain(text).strip().strip("#%!*[](){} ,;\t")

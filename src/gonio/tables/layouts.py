@@ -1,7 +1,8 @@
 """Where the tables of a sheet are: headings, the rows below each, and the text above, which may state constants."""
 
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gonio.door.text import clip
 from gonio.tables import vocabulary as v
@@ -122,11 +123,16 @@ class _Parts:
             self._begin(last.kind, row, last.headings, last.units)
         else:
             width = len(row.cells)
-            remark = next((r for r in reversed(self.titles) if r.is_remark and len(r.filled) == width), None)
+            remark = next((r for r in reversed(self.titles) if self._names_columns(r, width)), None)
             names = [_text(c) for c in remark.cells] if remark else [""] * width
             self._begin(LONG, row, names, [])
         assert self.part is not None
         self.part.rows.append(row)
+
+    def _names_columns(self, row: Row, width: int) -> bool:
+        """Whether a remark is a row of headings."""
+        known = sum(self._is_known(c) for c in row.filled if isinstance(c, str))
+        return row.is_remark and len(row.filled) == width and known > 0 and not constants(row.text)
 
     def _begin(self, kind: str, row: Row, headings: list[str], units: list[str]) -> None:
         stated = dict(self.constants)
@@ -190,10 +196,17 @@ def corner(cell: Cell) -> list[str]:
 
 
 def angle_of(cell: Cell) -> Constant | None:
-    """The angle that heads a column of a matrix: a number, which a unit may follow and a name precede."""
+    """The angle that heads a column of a matrix: a number, which a unit may follow and a name precede.
+
+    Its text is the name of the quantity where one stands before: `BRF 10 deg`.
+    """
     if isinstance(cell, float):
         return Constant("", cell, "", "")
     text = v.plain(_text(cell)).strip()
+    first, *rest = re.split(r"[\s_]+", text, maxsplit=1)
+    if rest and v.squeezed(first) in v.QUANTITY_NAMES:
+        of_rest = angle_of(rest[0])
+        return replace(of_rest, text=first) if of_rest else None
     for unit in v.SUFFIXES:
         before = text[: -len(unit)].strip()
         if text.casefold().endswith(unit) and v.UNITS[v.unit_of(unit)].kind == v.ANGLE:
@@ -201,7 +214,7 @@ def angle_of(cell: Cell) -> Constant | None:
             if value is not None:
                 return Constant("", value, v.unit_of(unit), "")
     named = constants(text)
-    return named[0] if len(named) == 1 and named[0].target in v.INCIDENT else _reflected(text)
+    return replace(named[0], text="") if len(named) == 1 and named[0].target in v.INCIDENT else _reflected(text)
 
 
 def _reflected(text: str) -> Constant | None:

@@ -7,7 +7,7 @@ import numpy as np
 from gonio.tables import vocabulary as v
 from gonio.tables.headings import Heading, parsed
 from gonio.tables.layouts import Part, angle_of, corner
-from gonio.tables.request import ROWS, Asker
+from gonio.tables.request import ROWS, Asker, Target
 from gonio.tables.source import number
 
 
@@ -46,6 +46,11 @@ def axes(part: Part, asker: Asker) -> Axes:
     angles = np.array([a.value for a in found])
     names = _names(part, asker)
     cell = next((h for h in names if h.target == "brdf"), None)
+    above = {v.QUANTITY_NAMES[v.squeezed(a.text)] for a in found if a.text}
+    if len(above) > 1:
+        raise asker.wrong(
+            f"the columns of the matrix are {' and '.join(sorted(above))}: one quantity at a time", part.line
+        )
     named = [h for h in names if h.target in (*v.ANGLES, "wavelength")]
     own = next((a for a in found if a.target), None)
     rows, columns = _targets(named, own.target if own else _above(part), part, angles, asker)
@@ -63,7 +68,7 @@ def axes(part: Part, asker: Asker) -> Axes:
         places,
         angles,
         cell.unit if cell else "",
-        cell.quantity if cell else "",
+        cell.quantity if cell else above.pop() if above else "",
     )
 
 
@@ -75,6 +80,9 @@ def _names(part: Part, asker: Asker) -> list[Heading]:
         heading = parsed(name)
         if target := said.get(name.casefold()) or said.get(part.headings[0].casefold()):
             heading = replace(heading, target=target.name, unit=target.unit or heading.unit)
+        elif heading.other_unit and heading.target in v.ANGLES:
+            what = f"the corner {name!r} has {heading.other_unit!r} where a unit is known; if it is deg"
+            raise asker.ask(what, part.line, columns={name: Target(heading.target, "deg")})
         elif heading.weak and heading.target == "theta_r":
             continue
         names.append(heading)

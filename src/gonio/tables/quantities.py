@@ -156,8 +156,10 @@ def _uncertainty(
         raise asker.ask(f"{what}; if it is relative", int(found.lines[0]), columns={source.key: said})
     if source.is_relative or (in_percent and source.of != POINTS):
         return values * (0.01 if in_percent else 1.0) * np.abs(brdf)
-    if source.kind in (v.ANGLE, v.LENGTH):
-        raise asker.wrong(f"{source.text} is in {source.unit}, which is no unit of an uncertainty", int(found.lines[0]))
+    wrong = v.ABSOLUTE if of.unit == RELATIVE else v.RELATIVE
+    if source.kind in (v.ANGLE, v.LENGTH, wrong):
+        what = f"{source.text} is in {source.unit}, which is no unit of the uncertainty of values in {of.unit}"
+        raise asker.wrong(what, int(found.lines[0]))
     if source.kind == v.ABSOLUTE and of.quantity in ("reflectance-factor", "log10-brdf") and of.unit == ABSOLUTE:
         return values  # it is in the unit of the BRDF already
     if of.quantity == "log10-brdf":

@@ -59,8 +59,8 @@ UNIT_SPELLINGS = {
     "mm": "mm millimeter millimeters millimetre millimetres",
     "m": "m meter meters metre metres",
     "angstrom": "å angstrom angstroms ångström ångstrom",
-    "sr-1": "sr-1 sr^-1 sr^(-1) sr**-1 sr**(-1) 1/sr /sr persr steradian-1 steradian^-1 1/steradian persteradian w/w/sr"
-    " w/(w*sr) w/(wsr) w/w*sr",
+    "sr-1": "sr-1 sr^-1 sr^(-1) sr**-1 sr**(-1) 1/sr /sr persr per_sr steradian-1 steradian^-1 1/steradian"
+    " persteradian w/w/sr w/(w*sr) w/(wsr) w/w*sr",
     "a.u.": "a.u. a.u au arb.u. arb.u arb.units arb.unit arbunits arb. arbitrary arbitraryunits arbitraryunit rel."
     " rel.units rel.u. relative r.u.",
     "V": "v mv μv a ma μa na pa w mw μw nw w/sr mw/sr μw/sr counts count cts adu dn",
@@ -106,9 +106,10 @@ ELEVATION = "elevation elev el altitude alt elevationangle"
 SHORT = 3  # letters: a side of fewer stands with no kind of angle of one or two letters (`ai` says nothing)
 # Names that are no pair of such words.
 ALONE = {
-    "theta_i": "incidence incident incoming illumination aoi einfallswinkel einfall einstrahlwinkel angledincidence",
+    "theta_i": "incidence incident incoming illumination aoi einfallswinkel einfall einfallwinkel "
+    "einstrahlwinkel angledincidence",
     "theta_r": "viewing view scatter detector receiver observation outgoing aos angleofscatter angleofscattering "
-    "detektorwinkel streuwinkel ausfallswinkel beobachtungswinkel messwinkel reflexionswinkel",
+    "detektorwinkel streuwinkel ausfallswinkel ausfall ausfallwinkel beobachtungswinkel messwinkel reflexionswinkel",
     "phi": "phi azimuthdifference deltaazimuth relativeazimuthangle relazi relativephi reldphi",
     "phi_r": "azimuth azimuthangle azimut azimutwinkel",
     "specular_offset": "specularoffset anglefromspecular fromspecular offsetfromspecular offspecular offspecularangle "
@@ -145,7 +146,13 @@ class Quantity:
 _BRDF = ("brdf", "bsdf", "btdf", "fr")
 _COS = ("cos", "cosine", *(f"{c}theta{s}" for c in ("cos", "cosine") for s in ("", "r", "s", "o", "out", "v", "det")))
 QUANTITIES = {
-    "brdf": Quantity("BRDF", "brdf bsdf btdf fr brdfvalue bsdfvalue brdfvalues bsdfvalues", "bsdf btdf"),
+    "brdf": Quantity(
+        "BRDF",
+        "brdf bsdf btdf fr brdfvalue bsdfvalue brdfvalues bsdfvalues bidirectionalreflectancedistributionfunction "
+        "bidirectionalscatteringdistributionfunction bidirectionalscatterdistributionfunction "
+        "bidirectionaltransmittancedistributionfunction bidirectionaltransmissiondistributionfunction",
+        "bsdf btdf",
+    ),
     "ccbsdf": Quantity(
         "BRDF times cos(theta_r)",
         " ".join(
@@ -161,7 +168,7 @@ QUANTITIES = {
     ),
     "reflectance-factor": Quantity(
         "reflectance factor, pi times the BRDF",
-        "brf reflectancefactor rfactor rf reflfactor reffactor radiancefactor bidirectionalreflectancefactor "
+        "brf reflectancefactor rfactor rf reflfactor reffactor bidirectionalreflectancefactor "
         "reflectionfactor reflexionsgrad reflectancefactorr pibrdf brdfpi pixbrdf brdfxpi",
         "brf radiance-factor",
     ),
@@ -182,7 +189,8 @@ QUANTITIES = {
 }
 PER_INCIDENT = ("incident", "perw", "normalised", "normalized")  # within a name: it is divided by the power that falls
 # Names of values that may be several quantities: only --quantity can tell.
-UNCLEAR = "reflectance refl reflectivity r rho intensity i power radiance " + " ".join(
+# A radiance factor is pi f to the CIE, and pi f cos(theta_i) to planetary photometry.
+UNCLEAR = "reflectance radiancefactor radf refl reflectivity r rho intensity i power radiance " + " ".join(
     f"{log}{q}" for q in _BRDF for log in ("log", "ln", "loge", "logof")
 )
 COLOURS = (("r", "g", "b"), ("red", "green", "blue"), ("x", "y", "z"))  # of columns that are channels where all stand

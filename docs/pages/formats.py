@@ -17,7 +17,7 @@ Made by `make docs` from the declarations in `src/gonio/formats`; `gonio formats
 
 A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
 relative data in a.u., and `gonio info FILE` says which, what the file stored, and what was done to it. A format that has no
-public grammar (TracePro, ASAP) is not promised.
+public grammar (TracePro, ASAP) is not promised. Any other table, also of a workbook, is read by `gonio import` ([my own table](tables.md)).
 
 ## Converting
 

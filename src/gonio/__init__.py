@@ -19,11 +19,14 @@ _HOMES = {
     "evaluate": "gonio.evaluation",
     "fit": "gonio.comparison.answer",
     "fit_many": "gonio.fitting.many.fit_many",
+    "from_pandas": "gonio.tables.arrays",
     "join": "gonio.measured.dataset",
     "plot": "gonio.results.figures",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
+    "read_table": "gonio.tables.read",
     "resample": "gonio.resampling.resample",
+    "scan": "gonio.tables.arrays",
     "simulate": "gonio.measured.simulation",
     "write": "gonio.formats",
 }
@@ -56,11 +59,14 @@ __all__ = [
     "evaluate",
     "fit",
     "fit_many",
+    "from_pandas",
     "join",
     "plot",
     "published",
     "read",
+    "read_table",
     "resample",
+    "scan",
     "simulate",
     "write",
 ]
@@ -82,6 +88,7 @@ if TYPE_CHECKING:
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
     from gonio.results.figures import plot
+    from gonio.tables import from_pandas, read_table, scan
 
 
 def __getattr__(name: str) -> Any:

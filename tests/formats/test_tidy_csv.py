@@ -81,7 +81,7 @@ def test_a_detector_alone_has_the_source_at_azimuth_zero(tmp_path):
     ("name", "nearest"),
     [
         ("phy_deg", "phi_deg"),
-        ("azimut_rad", "phi_r_rad"),
+        ("azimuht_rad", "phi_r_rad"),
         ("wavelenght_nm", "wavelength_nm"),
         ("theta_rr_deg", "theta_r_deg"),
     ],
@@ -112,7 +112,7 @@ def test_two_names_of_one_column_are_refused(tmp_path):
     ("text", "where", "what"),
     [
         ("angle,value\n1,2\n", "line 1", "no column theta_i and theta_r and brdf"),
-        ("theta_i_deg;theta_r_deg;brdf_sr-1\n30;10;1\n", "line 1", "commas, not semicolons"),
+        ("theta_i;theta_r;brdf\n30;10;1\n", "line 1", "commas, not semicolons"),
         ("theta_i,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "names no unit: write theta_i_deg or theta_i_rad"),
         ("theta_i_grad,theta_r_deg,brdf_sr-1\n30,10,1\n", "line 1", "unit 'grad'"),
         ("theta_i_deg,theta_r_deg,brdf\n30,10,1\n", "line 1", "brdf_sr-1 or brdf_a.u."),

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from gonio import Problem, catalogue, check, compare, convert, fit, read, write
+from gonio import Problem, catalogue, check, compare, convert, fit, read, read_table, write
 from gonio.app.views.file import describe
 from gonio.files import FormatError
 from gonio.formats.radiance.klems import FULL
@@ -106,6 +106,52 @@ def test_08_the_patches_of_a_matrix_are_the_directions_of_one_scan(shared_cases,
     assert {row.model.name for row in rows} == {"lambert", "ggx"}
     write(matrix, tmp_path / "k.nc")
     assert fit(Problem(catalogue["lambert"], read(tmp_path / "k.nc"))).values["rho"] == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["brackets.csv", "caps.csv", "tabs.tsv", "excel_tail.csv"])
+def test_12_a_heading_that_states_all_is_read(shared_cases, name):
+    scan = read(shared_cases / "12-plain-lab-table" / name)
+    assert scan["theta_i"].values.tolist() == [30, 30]
+    assert (scan["phi"].values.tolist(), scan["theta_r"].values.tolist()) == ([0, 180], [20, 20])
+    assert scan["brdf"].values.tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize("name", ["brf_wide.txt", "wide.csv", "header_bare.txt"])
+def test_12_a_heading_that_does_not_is_refused_with_the_command(shared_cases, name):
+    path = shared_cases / "12-plain-lab-table" / name
+    with pytest.raises(FormatError, match=f"gonio import {re.escape(str(path))}"):
+        read(path)
+
+
+def test_12_a_reflectance_factor_of_three_wavelengths(shared_cases):
+    """Row 1: theta_i 15, theta_r 0, 450 nm, BRDF 1.030/pi; the last row is at the mirror direction, phi = 180."""
+    scan = read_table(shared_cases / "12-plain-lab-table" / "brf_wide.txt")
+    first = scan.isel(direction=0)
+    assert [first[n].item() for n in ("theta_i", "theta_r", "wavelength")] == [15, 0, 450]
+    assert first["brdf"].item() == pytest.approx(1.030 / np.pi, rel=1e-12)
+    last = scan.isel(direction=-1)
+    assert [last[n].item() for n in ("theta_i", "theta_r", "phi", "wavelength")] == [45, 45, 180, 650]
+
+
+def test_12_one_column_a_wavelength(shared_cases):
+    path = shared_cases / "12-plain-lab-table" / "wide.csv"
+    for flags in ({}, {"values": "*nm"}):
+        scan = read_table(path, **flags)
+        assert scan["wavelength"].values.tolist() == [450] * 3 + [550] * 3 + [650] * 3
+        assert scan["brdf"].values.tolist() == [0.1, 0.9, 1.1, 0.11, 0.95, 1.2, 0.12, 0.99, 1.3]
+        assert scan["theta_r"].values[:3].tolist() == [20, 10, 40]
+        assert scan["phi"].values[:3].tolist() == [0, 180, 180]
+
+
+def test_12_angles_called_by_each_other_are_asked_about(shared_cases):
+    """The polar angles are called phi: 5, -60 is on the side of the source, and 41.4, 41 is the mirror direction."""
+    path = shared_cases / "12-plain-lab-table" / "header_bare.txt"
+    with pytest.raises(FormatError, match="the polar angle phi and the azimuth theta"):
+        read_table(path)
+    scan = read_table(path, columns="theta_i=phi_i,phi_i=theta_i,theta_o=phi_r,phi_o=theta_r")
+    assert scan["theta_i"].values.tolist() == [5, 5, 41.4]
+    assert scan["theta_r"].values.tolist() == [60, 50, 41]
+    assert scan["phi"].values.tolist() == [0, 0, 180]
 
 
 def test_13_values_without_a_relative_difference_are_counted(shared_cases):

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # as pytest does
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from gonio import formats as registry
-from outcomes import EVERY_DOOR, attempt
+from outcomes import EVERY_DOOR, TABLE, attempt
 from places import ROOT
 from seeds import EASY, damaged, put, seeds
 from workers import Process, Tally, Worker
@@ -40,7 +40,7 @@ SHOWN = ("inputs", "reached", "read", "refused", "failures", "slowest_ms", "peak
 
 def quick(name: str) -> int:
     """How many inputs a quick run gives to a format; fewer to files that go through every door, which takes longer."""
-    if name in EVERY_DOOR:
+    if name in (*EVERY_DOOR, TABLE):
         return QUICK_DOORS
     smallest = min(s.size for s in seeds(name))
     return max(QUICK * EASY // max(smallest, EASY), 20)
@@ -128,8 +128,8 @@ def main() -> int:
     if chosen.worker:
         Worker(chosen.worker).serve()
         return 0
-    names = [*registry.formats(), *EVERY_DOOR] if chosen.formats == "all" else chosen.formats.split(",")
-    names = [name if name in EVERY_DOOR else registry.formats()[name].name for name in names]
+    names = [*registry.formats(), *EVERY_DOOR, TABLE] if chosen.formats == "all" else chosen.formats.split(",")
+    names = [name if name in (*EVERY_DOOR, TABLE) else registry.formats()[name].name for name in names]
     if chosen.only is not None:
         path = saved(names[0], chosen.seed, chosen.only)
         print(path, *attempt(path, names[0]))

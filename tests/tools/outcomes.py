@@ -13,12 +13,14 @@ from gonio import formats as registry
 from gonio.files import FormatError
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
+from gonio.tables import read_table
 
 LONGEST = 2.0  # s of processor time for one file
 LONGEST_MESSAGE = 1000  # characters beside the path
 ALLOWED = ("is empty", "no such file", "is a directory", "is not a regular file")  # these have no place
 # Files that go through every door, and what a door says to a file that is of another kind than its own.
 EVERY_DOOR = ("fit", "stack", "scan")
+TABLE = "table"  # files of `gonio import`
 OF_ANOTHER_KIND = (
     "is no solution of a fit",
     "is no Zarr store",
@@ -114,6 +116,10 @@ def attempt(path: Path, name: str, begin: Callable[[], None] = lambda: None) -> 
             said = through_doors(path, begin)
             reached = not all(any(kind in line for kind in OF_ANOTHER_KIND) for line in said)
             return ("refused" if all(said) else "read"), "", reached
+        if name == TABLE:
+            reached = True
+            wrong = wrong_with_dataset(read_table(path))
+            return ("failed", f"Dataset of a table: {wrong}", reached) if wrong else ("read", "", reached)
         found = registry.recognise(path)
         reached = found.name == name
         scan = found.read(path)  # the rest of gonio.read, which asks every format once more

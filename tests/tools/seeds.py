@@ -13,13 +13,14 @@ import numpy as np
 
 import samples
 import stored_files
+import tables
 from gonio import formats as registry
 from gonio.files import FormatError
 from mutations import choice, mutated
 from places import SHARED
 
 SCAN = "scan"
-STORED = {"fit": stored_files.fits, "stack": stored_files.stack_stores}
+STORED = {"fit": stored_files.fits, "stack": stored_files.stack_stores, "table": tables.files}
 EASY = 2_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
 
 
@@ -69,7 +70,7 @@ def _real_files() -> list[tuple[str, Path]]:
 def seeds(name: str) -> list[Seed]:
     """The valid files of a format: its samples, and the real ones beside the project.
 
-    Of `fit` and `stack` those of `stored_files`; of `scan` the smallest file of every format.
+    Of `fit` and `stack` those of `stored_files`, of `table` those of `tables`; of `scan` the smallest of every format.
     """
     if name in STORED:
         with tempfile.TemporaryDirectory() as folder:

@@ -6,6 +6,7 @@ the numerical libraries with it.
 
 import ast
 import importlib
+import keyword
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,14 +20,14 @@ from gonio.options import Panel
 # The commands in the order of a day's work; each is a file of that name in `commands`.
 GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "check", "fit-stack"),
-    "Files": ("convert", "diff", "reduce", "fetch", "formats"),
+    "Files": ("import", "convert", "diff", "reduce", "fetch", "formats"),
     "Models": ("models", "eval", "draw", "materials", "demo"),
 }
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 EXAMPLES = (
     Example("gonio info scan.csv", "See what a file holds and whether something is wrong with it"),
-    Example("gonio compare scan.csv", "Fit the models of the paper to a scan and rank them"),
-    Example("gonio fit scan.csv --model ggx", "Fit one model: its values, how sure they are, how well it fits"),
+    Example("gonio import table.xlsx --out scan.csv", "Read a table of your own as a scan"),
+    Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
     Example("gonio fit --help", "Learn more about one command"),
 )
 SETTINGS: dict[str, Any] = {
@@ -37,7 +38,8 @@ SETTINGS: dict[str, Any] = {
 
 
 def _file(name: str) -> Path:
-    return Path(__file__).with_name("commands") / f"{name.replace('-', '_')}.py"
+    mark = "_" if keyword.iskeyword(name) else ""  # no module can be called `import`
+    return Path(__file__).with_name("commands") / f"{name.replace('-', '_')}{mark}.py"
 
 
 def _summary(name: str) -> str:

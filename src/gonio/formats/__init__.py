@@ -18,6 +18,7 @@ from gonio.formats.format import Format
 from gonio.measured.dataset import DIRECTIONS, add_history, modes, unit
 from gonio.measured.sound import missing
 from gonio.model import NearestNames
+from gonio.tables.request import Request
 
 HEAD = 4096  # bytes that a format may look at to recognise a file
 LAST = 100  # rank of the format that accepts any text which no other format recognises
@@ -41,7 +42,8 @@ def recognise(path: str | Path) -> Format:
         raise FormatError(path, "is empty", "byte 0")
     for candidate in formats().values():
         if candidate.rank >= LAST and (other := _other_file(head)):
-            raise FormatError(path, f"is {other}", "byte 0")
+            remedy = f", or read it by {Request().command(path)}" if other.endswith(AS_CSV) else ""
+            raise FormatError(path, f"is {other}{remedy}", "byte 0")
         if candidate.recognises(head):
             return candidate
     known = ", ".join(f.title for f in formats().values())
@@ -49,9 +51,10 @@ def recognise(path: str | Path) -> Format:
 
 
 NO_BRDF = "gonio knows no BRDF in it"
+AS_CSV = "save its table as CSV"
 OTHER_FILES = {
-    b"PK\x03\x04": "a workbook or document (.xlsx, .ods, .docx): save its table as CSV",
-    b"\xd0\xcf\x11\xe0": "a workbook or document of Microsoft Office 97 of no known instrument: save its table as CSV",
+    b"PK\x03\x04": f"a workbook or document (.xlsx, .ods, .docx): {AS_CSV}",
+    b"\xd0\xcf\x11\xe0": f"a workbook or document of Microsoft Office 97 of no known instrument: {AS_CSV}",
     b"\xff\xfe": "text in UTF-16: save it as UTF-8",
     b"\xfe\xff": "text in UTF-16: save it as UTF-8",
     b"\x93NUMPY": f"an array of NumPy (.npy): {NO_BRDF}",

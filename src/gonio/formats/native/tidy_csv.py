@@ -5,9 +5,12 @@
     30,-80,633,0.0241,0.0003
 
 docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column of azimuths:
-phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data. SPELLINGS lists other names
-that are understood. A column that is not understood is kept as a further variable. But one in a unit of angle or length
-is refused, because it may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
+phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data. Other usual names are
+understood. A column that is not understood is kept as a further variable. But one in a unit of angle or length is
+refused, because it may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
+
+A table whose headings state all of this in another way (`Theta_i [deg]`, tabs, decimal commas) is read too, with the
+mapping in its history. Any other table is refused with the `gonio import` that reads it (docs/tables.md).
 """
 
 import csv
@@ -25,6 +28,8 @@ from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
 from gonio.outside import as_cell, from_cell
+from gonio.tables.direct import read_stated
+from gonio.tables.vocabulary import SPELLINGS
 from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is not read further
@@ -41,25 +46,6 @@ QUANTITIES = {
     "uncertainty_systematic": ("brdf", "relative"),
 }
 REFLECTED_AZIMUTH = "phi_r"  # a column of the file alone: the scan has phi, from the azimuth of the source
-# Other spellings of a column's name, without its unit, in any case.
-SPELLINGS = {
-    "theta_i": ("theta_in", "aoi", "incidence_angle", "angle_of_incidence", "source_zenith", "zenith_i", "sza"),
-    "theta_r": ("theta_out", "theta_o", "theta_s", "aos", "view_zenith", "detector_zenith", "zenith_r", "vza"),
-    "phi": (
-        "dphi", "d_phi", "delta_phi", "phi_rel", "rel_phi", "relative_azimuth", "rel_azimuth", "azimuth_difference",
-        "delta_azimuth", "raa",
-    ),
-    REFLECTED_AZIMUTH: (
-        "phi_out", "phi_o", "phi_s", "phi_v", "azimuth", "azimuth_r", "azimuth_out", "azimuth_o", "azimuth_s",
-        "view_azimuth", "detector_azimuth", "vaa",
-    ),
-    "phi_i": ("phi_in", "azimuth_i", "azimuth_in", "source_azimuth", "saa"),
-    "wavelength": ("lambda", "wl", "wave_length"),
-    "brdf": ("bsdf", "btdf", "f_r", "fr"),
-    "uncertainty": ("std", "u", "sigma", "stddev", "standard_uncertainty", "unc"),
-    "uncertainty_systematic": ("u_systematic", "systematic_uncertainty"),
-    "polarisation": ("polarization",),
-}  # fmt: skip
 _OF_DIRECTIONS = tuple(f"_{u}" for u, entry in UNITS.items() if entry.quantity in ("angle", "length"))
 _NAMED = {other: name for name, others in SPELLINGS.items() for other in others}
 UNITLESS = ("channel", "scan", "mode", "side", "polarisation", "mask")
@@ -95,7 +81,10 @@ class Column:
 def _read(path: Path) -> xr.Dataset:
     source = lines(path)
     comments, header_line, header = _header(path, source)
-    columns = _columns(path, header_line, header, _further(comments))
+    try:
+        columns = _columns(path, header_line, header, _further(comments))
+    except FormatError as error:
+        return read_stated(path, error)
     cells, rows = _rows(path, header_line, source, columns)
     return _dataset(path, comments, columns, cells, rows)
 
@@ -120,6 +109,8 @@ def _further(comments: list[str]) -> set[str]:
 
 def _columns(path: Path, line: int, header: list[str], further: set[str]) -> list[Column]:
     where = f"line {line}"
+    if header and not header[-1]:
+        raise FormatError(path, "the last column has no name: delete it where it is empty", where)
     if len(header) == 1 and ";" in header[0]:
         message = f"no column theta_i and theta_r and brdf in the header {clip(header[0])!r}"
         raise FormatError(
@@ -190,7 +181,10 @@ def _rows(
     for number, line in source:
         if not line.strip() or line.startswith("#"):
             continue
-        values, problem = _cells(next(csv.reader([line])), columns, signed)
+        row = next(csv.reader([line]))
+        if not any(cell.strip() for cell in row):  # as spreadsheets leave them at the end
+            continue
+        values, problem = _cells(row, columns, signed)
         if problem:
             bad.append((number, problem))
             if len(bad) == MOST_BAD_ROWS:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -87,19 +88,36 @@ def test_a_ranking_states_what_its_metric_left_out():
     scan = make_scan(
         theta_i, theta_r, 0.01 + 5 * np.exp(-((theta_r - theta_i) ** 2) / 20) / np.cos(np.radians(theta_i))
     )
-    rows = compare(scan, [catalogue[n] for n in ("lambert", "hapke", "phong")], left_out="5")
+    models = [catalogue[n] for n in ("lambert", "hapke", "phong")]
+    rows = [replace(row, metric="log10_rmse") for row in compare(scan, models, left_out="5", weighting="uniform")]
     for counts in ([row.judged for row in rows], [row.judged_left_out for row in rows]):
         assert {(one.points, one.not_positive) for one in counts} == {(183, 0)}
     floored = {row.model.name: row.judged_left_out.floored for row in rows}
     assert floored["hapke"] > 0
     assert floored["phong"] == floored["lambert"] == 0
-    told = {one["model"]: one["lg_rmse_points_left_out"] for one in ranking.record(Path("scan.csv"), rows)["ranking"]}
+    told = {
+        one["model"]: one["lg_rmse_points_left_out"]
+        for one in ranking.record(Path("scan.csv"), _answer(rows))["ranking"]
+    }
     assert {name: one["floored"] for name, one in told.items()} == floored
     shown = ranking.ranking_table("scan", rows)
     assert list(next(c for c in shown.columns if c.header == "floored").cells) == [str(n) for n in floored.values()]
     assert "floored: how many values of the model lie below 0.001 sr⁻¹ and count as that in lg RMSE" in list(
         ranking.notes(rows)
     )
+
+
+def _answer(rows):
+    """An Answer that has these rows, and nothing else."""
+    return SimpleNamespace(rows=rows, record=dict)
+
+
+def test_a_ranking_of_fits_to_values_says_nothing_of_logarithms():
+    """Models are ranked by the metric of the weighting: floored logarithms are no part of E."""
+    rows = compare(simple(), [catalogue["lambert"], catalogue["phong"]], left_out="theta_i", weighting="uniform")
+    assert {row.metric for row in rows} == {"E"}
+    assert [row.validated["E"] for row in rows] == sorted(row.validated["E"] for row in rows)
+    assert "floored" not in [column.header for column in ranking.ranking_table("scan", rows).columns]
 
 
 def test_what_the_data_do_not_allow_is_nan():

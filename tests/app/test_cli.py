@@ -277,7 +277,7 @@ def test_compare_by_what_is_left_out(run, scan_file):
     ranking = as_json(run, *names)[0]["ranking"]
     errors = [row["validated"]["log10_rmse"] for row in ranking]
     assert errors == sorted(errors)
-    assert all(set(row["validated"]) == {"delta", "log10_rmse"} for row in ranking)
+    assert all(set(row["validated"]) == {"delta", "log10_rmse", "E"} for row in ranking)
     assert all(row["aicc"] < row["bic"] + 100 and set(row["by_fold"]) for row in ranking)
     _, out, _ = run(*names)
     assert "left out" in out

@@ -24,7 +24,7 @@ from gonio.comparison.assessment import Row, validate
 from gonio.comparison.consistency import Contradiction, consistent
 from gonio.comparison.consistency import record as contradicted_record
 from gonio.comparison.race import first_look, spread_rows, worth_fitting
-from gonio.comparison.ranking import assessed, ignored, ordered, problems_of
+from gonio.comparison.ranking import assessed, ordered, problems_of
 from gonio.comparison.verdict import Verdict, verdict
 from gonio.fitting import fitting
 from gonio.fitting.certainty.hold_out import folds
@@ -72,11 +72,15 @@ class Asked:
     workers: int = 1
 
 
+def _ignored(row: Row) -> None:
+    """Do nothing with a row."""
+
+
 class Watch(NamedTuple):
     """Who is told how far it is: of the fraction that is done with the last model, and of each row when it is there."""
 
     progress: Callable[[float, str], None] = _unwatched
-    fitted: Callable[[Row], None] = ignored
+    fitted: Callable[[Row], None] = _ignored
 
 
 @dataclass(frozen=True)
@@ -141,10 +145,8 @@ def answer(
     **options: Any,
 ) -> Answer:
     """The best of some models, or of the whole catalogue, for a scan; `options` are those of ProblemOptions."""
-    from gonio.models import catalogue
-
     asked, watch = asked or Asked(), watch or Watch()
-    models = list(models or catalogue.values())
+    models = list(models or everything())
     scan, contradicted = (scan, []) if asked.keep_all else consistent(scan)
     problems = problems_of(scan, models, options)
     is_race = asked.race and len(models) > 1
@@ -171,6 +173,13 @@ def answer(
         rows, problem, verdict(rows[0], problem.points), dropped, len(raced[0].measured), left_out, contradicted
     )
     return found.with_record()
+
+
+def everything() -> list[Model]:
+    """Every model of the catalogue."""
+    from gonio.models import catalogue
+
+    return list(catalogue.values())
 
 
 def _unvalidated(row: Row) -> tuple[float, int]:

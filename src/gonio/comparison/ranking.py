@@ -30,10 +30,6 @@ FAMILY = ("lambert", "torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorent
 REFERENCES: Mapping[str, tuple[str, ...]] = {"T-S": ("torrance-sparrow",), "T-C": ("wang-2016", "liu-2016")}
 
 
-def ignored(row: Row) -> None:
-    """Do nothing with a row."""
-
-
 def compare(
     scan: xr.Dataset,
     models: Sequence[Model],
@@ -43,7 +39,6 @@ def compare(
     solver: Solver | None = None,
     workers: int = 1,
     progress: Progress = silent,
-    fitted: Callable[[Row], None] = ignored,
     **options: Any,
 ) -> list[Row]:
     """Fit several models to one scan and order them by a metric, the best first, ties by fewer free values.
@@ -52,7 +47,6 @@ def compare(
     for all others. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
     is left out in turn, and the order is by the metric of that.
     workers: processes that share the models (`processes.results`); results do not depend on their number.
-    fitted: called with each row when it is there, in no order.
     options: those of ProblemOptions, with `weighting` from the data unless one is named. Names of parameters apply to
     the models that have them.
     Raises ValueError for a name that none of the models has, or a metric that does not exist.
@@ -65,7 +59,6 @@ def compare(
     longest = longest_first(problems)
     for index, row in results(work, [problems[k] for k in longest], workers):
         done[longest[index]] = row
-        fitted(row)
         progress(len(done) / len(models))
         logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(done), len(models))
     return ordered([done[k] for k in range(len(models))], by)

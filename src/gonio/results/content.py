@@ -25,7 +25,6 @@ MOST_ROWS = 13  # of the table of values
 MOST_NOTES = 5
 NAMED = 3  # values that a note names
 CORRELATED = 200  # values beyond which it takes long to find those that trade off
-PRIMARY = {"relative": "delta"}  # the metric that a weighting makes small; E, and lg RMSE for logarithms
 COARSE = 0.1  # of what a fit leaves over: a change by a finer rule for the cones that matters
 
 Cells = tuple[str, ...]
@@ -126,7 +125,7 @@ def _metrics(solution: Solution) -> list[str]:
         meaning = "squared error of the logarithm" if is_logarithmic(solution) else METRICS["E"].brief
         return [f"E {figure(solution.cost)} ({meaning}); the others need the scan: solution.with_scan(scan).metrics"]
     found = solution.metrics
-    first = "log10_rmse" if is_logarithmic(solution) else PRIMARY.get(solution.dataset.attrs["weighting"], "E")
+    first = "log10_rmse" if is_logarithmic(solution) else "E"
     others = ", ".join(f"{METRICS[n].title} {figure(value)}" for n, value in found.items() if n != first)
     return [f"{METRICS[first].title} {figure(found[first])} ({METRICS[first].brief}); {others}"]
 

@@ -37,13 +37,15 @@ def ranking_table(scan: str, rows: Sequence["Row"], by: str = "") -> "Table":
     return out
 
 
-def notes(rows: Sequence["Row"]) -> Iterator[str]:
+def notes(rows: Sequence["Row"], by: str = "") -> Iterator[str]:
     """What holds for the fits of one table: what their marks mean, which models are alike, what was left out."""
     yield from marks_in_words(rows)
-    if rows and rows[0].validated:
+    is_validated = bool(rows[0].validated) and not by
+    if is_validated:
         yield _alike_in_words(rows)
-    counts = [row.judged_left_out or row.judged for row in rows]
-    yield from judged_lines(counts, rows[0].solution.unit)
+    if not is_validated or rows[0].metric == "log10_rmse":  # E knows no logarithm
+        counts = [(row.judged_left_out if is_validated else None) or row.judged for row in rows]
+        yield from judged_lines(counts, rows[0].solution.unit)
 
 
 def _alike_in_words(rows: Sequence["Row"]) -> str:
@@ -62,7 +64,7 @@ def _validated_table(scan: str, rows: Sequence["Row"]) -> "Table":
     from gonio.comparison.metrics import METRICS
 
     counts = [row.judged_left_out or row.judged for row in rows]
-    floored = ["floored"] if any(one.floored for one in counts) else []
+    floored = ["floored"] if rows[0].metric == "log10_rmse" and any(one.floored for one in counts) else []
     heads = ("free", "fitted", "left out", *floored, "behind", "AICc", "BIC")
     out = table("model", "", *heads, title=f"{scan}, {METRICS[rows[0].metric].title}")
     for row, count in zip(rows, counts, strict=True):
@@ -146,7 +148,7 @@ def lines(path: Path, answer: "Answer", by: str = "", by_incidence: bool = False
     rows = answer.rows
     yield from head_lines(path.name, answer)
     yield ranking_table(path.stem, rows, by)
-    yield from notes(rows)
+    yield from notes(rows, by)
     yield from dropped_lines(answer)
     yield from provisos.instrument_lines([row.solution for row in rows])
     if by_incidence:

@@ -53,7 +53,7 @@ def test_verbose_tells_each_step(run, scan, flag, tmp_path):
         assert ".gonio-" not in err
         assert "read" not in out.split("as the file reads now")[0]
     _, _, err = run("compare", scan, *COMPARE, flag)
-    for words in ("fitted lambert to 7 points with log weighting by Projection(", "compared phong, ", "2 of 2"):
+    for words in ("fitted lambert to 7 points with uncertainty weighting by Projection(", "compared phong, ", "2 of 2"):
         assert words in err
     assert run("compare", scan, *COMPARE)[2].count("\n") == 1  # the next command has its own way
 

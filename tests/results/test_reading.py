@@ -44,7 +44,7 @@ def test_a_report_fits_on_a_screen_and_names_what_matters(fits, kind):
     assert f"{solution.dataset.attrs['weighting']} weighting" in lines[2]
     for name in solution.model.parameters:
         assert any(line.startswith(name) for line in lines)
-    first = {"joint": "lg RMSE", "grouped": "delta"}.get(kind, "E")
+    first = {"joint": "lg RMSE"}.get(kind, "E")
     assert any(line.startswith(f"{first} ") for line in lines)
     assert len(repr(solution)) <= 300
     assert "\n" not in repr(solution)

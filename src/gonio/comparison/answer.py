@@ -12,6 +12,7 @@ stand for all while models are compared; the best is then fitted to all.
 
 import functools
 import json
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -162,6 +163,7 @@ def answer(
         work = functools.partial(assessed, solver=asked.solver, left_out=left_out, covariance=asked.covariance)
         for _, row in shared(work, [raced[k] for k in sorted(places, key=lambda k: -len(problems[k].free_shape))]):
             rows.append(row)
+            logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(rows), len(places))
             watch.fitted(row)
             watch.progress(LOOKED + (RAN - LOOKED) * len(rows) / len(places), row.model.name)
     rows = ordered(rows, asked.by) if left_out or asked.by or not is_race else sorted(rows, key=_unvalidated)

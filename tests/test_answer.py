@@ -222,6 +222,13 @@ class TestContradictions:
     def test_a_narrow_peak_near_the_end_is_no_edge(self):
         assert contradictions(self.scan(lambda i, r, f: np.where((i == 70) & (np.abs(r - 74) < 1), 50 * f, f))) == []
 
+    def test_a_gap_is_no_edge(self):
+        """Values on both sides of the blocked beam differ by more than one step."""
+        points = self.scan(lambda i, r, f: np.where((i == 30) & (r < -60), f / 4, f))
+        signed = dataset.signed_theta_r(points)
+        there = (points["theta_i"].values != 30) | (signed < -70) | (signed > -50)
+        assert contradictions(points.isel(direction=np.flatnonzero(there))) == []
+
     def test_transmission_and_turned_surfaces_are_not_judged(self):
         """Exchanged directions of transmission lie on the other side, and a turned surface has many curves."""
         points = self.scan(lambda i, r, f: np.where(i == 70, 1.3 * f, f))

@@ -46,6 +46,7 @@ MOST = 1 / 3  # of the angles
 
 EDGE = np.log(2.5)  # of a drop
 STEEPER = 3.0  # times the largest step before
+WIDE = 1.5  # times the usual step: a gap, such as one about the beam
 BEFORE, BEYOND = 8, 6  # steps before a drop, and values beyond it
 
 
@@ -72,10 +73,11 @@ def consistent(scan: xr.Dataset) -> tuple[xr.Dataset, list[Contradiction]]:
     found = contradictions(points)
     if not found:
         return scan, []
-    wrong = np.zeros(points.sizes["direction"], dtype=bool)
+    flat = dataset.flatten(scan)
+    in_use, wrong = np.flatnonzero(dataset.in_use(flat)), np.zeros(flat.sizes["direction"], dtype=bool)
     for one in found:
-        wrong[one.rows] = True
-    return mask(points, exclude=xr.DataArray(wrong, dims="direction")), found
+        wrong[in_use[one.rows]] = True
+    return mask(flat, exclude=xr.DataArray(wrong, dims="direction"), why="that the rest of the scan contradicts"), found
 
 
 def contradictions(points: xr.Dataset) -> list[Contradiction]:
@@ -107,7 +109,8 @@ def _edges(points: xr.Dataset) -> Iterator[Contradiction]:
         if len(rows) < BEFORE + BEYOND + 1 or (values[rows] <= 0).any():
             continue
         for outward in (rows[::-1], rows):  # each ends at an end of the curve
-            fall = -np.diff(np.log(values[outward]))
+            fall, width = -np.diff(np.log(values[outward])), np.abs(np.diff(signed[outward]))
+            fall[width > WIDE * np.median(width)] = 0.0  # across a gap anything may happen
             last = range(len(fall) - BEYOND, len(fall))
             before = {k: float(np.abs(fall[max(k - BEFORE, 0) : k]).max()) for k in last}
             at = next((k for k in last if fall[k] > max(EDGE, STEEPER * before[k])), None)

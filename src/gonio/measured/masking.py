@@ -7,13 +7,19 @@ from gonio.measured.dataset import MASK_MEANINGS, add_history, flatten, is_in_pl
 
 
 def mask(
-    scan: xr.Dataset, *, blocked: float = 0.0, floor: float | None = None, exclude: "xr.DataArray | None" = None
+    scan: xr.Dataset,
+    *,
+    blocked: float = 0.0,
+    floor: float | None = None,
+    exclude: "xr.DataArray | None" = None,
+    why: str = "excluded by the user",
 ) -> xr.Dataset:
     """Mark values that take no part in fits and comparisons; nothing is deleted.
 
     `blocked` [deg]: in-plane directions nearer than this to the incident beam, |theta_r + theta_i| < blocked on the
     backscatter side, where the detector's arm stands in the beam. `floor` [unit of the BRDF]: values below it are the
-    noise of the instrument. `exclude`: a boolean array over the flat directions, for what only the user knows.
+    noise of the instrument. `exclude`: a boolean array over the flat directions, for what only the user knows; `why`
+    stands in the history for it.
     Raises ValueError for an angle outside 0 to 180 deg, and for a floor that is no finite number.
     """
     if not 0 <= blocked <= 180:
@@ -29,7 +35,7 @@ def mask(
     if floor is not None:
         reasons.append(_mark(flags, flat["brdf"].values < floor, 2, f"below the noise floor {floor:g}"))
     if exclude is not None:
-        reasons.append(_mark(flags, np.asarray(exclude), 3, "excluded by the user"))
+        reasons.append(_mark(flags, np.asarray(exclude), 3, why))
     described = {
         "flag_values": np.arange(len(MASK_MEANINGS), dtype=np.int8),
         "flag_meanings": " ".join(MASK_MEANINGS),

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import figure, strong, table
+from gonio.measured import dataset
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from gonio.comparison.answer import Answer
 
 MOST = 5  # models that are listed
-WORDS = {"theta_i": "each incidence angle in turn", "out-of-plane": "all that is out of plane"}
+WORDS = {"theta_i": "each incidence angle, left out in turn", "out-of-plane": "all that is out of plane, left out"}
 
 
 def lines(which: str, answer: "Answer") -> Iterator[Any]:
@@ -23,9 +24,11 @@ def lines(which: str, answer: "Answer") -> Iterator[Any]:
 
 
 def head_lines(which: str, answer: "Answer") -> Iterator[Any]:
-    """The verdict and what it rests on: weighting, what was left out, what no fit was shown."""
+    """The verdict and what it rests on, so that it can be repeated: points, weighting, what was left out."""
     yield strong(answer.verdict.words)
-    yield f"{which}: {_judged(answer)}"
+    yield f"{which}: {_points(answer)}"
+    yield f"weighting: {_weighting(answer)}"
+    yield f"judged by: {_judged(answer)}"
     yield from contradicted_lines(answer)
 
 
@@ -37,23 +40,30 @@ def dropped_lines(answer: "Answer") -> Iterator[str]:
         )
 
 
-def weighting_line(answer: "Answer") -> str:
+def _points(answer: "Answer") -> str:
+    """How many points are fitted, and what was done with the scan since it was read."""
+    scan = answer.problem.data
+    done = [line for line in scan.attrs.get("history", "").splitlines() if not line.startswith(("read from", "joined"))]
+    steps = "".join(f"; {line}" for line in done)
+    return f"{len(answer.problem.measured)} points of {dataset.flatten(scan).sizes['direction']}{steps}"
+
+
+def _weighting(answer: "Answer") -> str:
     """The weighting by name, and why."""
-    attrs = answer.best.solution.dataset.attrs
-    floor = f", noise floor {attrs['noise_floor']:.3g} {unit_label(answer.best.solution.unit)}" * bool(
-        attrs["noise_floor"]
+    solution = answer.best.solution
+    attrs = solution.dataset.attrs
+    floor = f" with a noise floor of {figure(attrs['noise_floor'])} {unit_label(solution.unit)}" * (
+        attrs["noise_floor"] > 0
     )
-    reason = f": {attrs['weighting_reason']}" if attrs["weighting_reason"] else ", as asked"
-    return f"{attrs['weighting']} weighting{floor}{reason}"
+    reason = f", as {attrs['weighting_reason']}" if attrs["weighting_reason"] else ", as asked"
+    return f"{attrs['weighting']}{floor}{reason}"
 
 
 def _judged(answer: "Answer") -> str:
     if not answer.left_out:
-        left_out = "nothing was left out, so nothing says how well it predicts"
-    else:
-        parts = f"{answer.left_out} parts of blocks of directions in turn"
-        left_out = f"left out: {WORDS.get(answer.left_out, parts if answer.left_out.isdigit() else answer.left_out)}"
-    return f"{weighting_line(answer)}; {left_out}"
+        return "the points that were fitted alone; nothing says how well it predicts others"
+    parts = f"{answer.left_out} parts of blocks of directions, each left out in turn"
+    return WORDS.get(answer.left_out, parts if answer.left_out.isdigit() else f"{answer.left_out}, left out in turn")
 
 
 def contradicted_lines(answer: "Answer") -> Iterator[Any]:

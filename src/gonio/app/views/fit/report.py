@@ -89,11 +89,13 @@ def metrics_table(metrics: Mapping[str, float]) -> "Table":
 
 def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") -> Iterator[Any]:
     """A fit for people; `which` names what was fitted."""
+    from gonio.fitting import Projection
     from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 
     solution, attrs = row.solution, row.solution.dataset.attrs
     yield strong(attrs["model"], f" fitted to {which}, {attrs['points']} points")
-    yield f"{attrs['solver']}, {attrs['seconds']:.3g} s: {attrs['status']}"
+    how = attrs["solver"] if attrs["settings"] in ("", repr(Projection())) else attrs["settings"]
+    yield f"{how}, {attrs['seconds']:.3g} s: {attrs['status']}"
     yield from provisos.sample_lines(solution)
     yield from provisos.minima_lines(solution)
     yield from provisos.instrument_lines([solution])

@@ -53,6 +53,9 @@ def files(tmp_path_factory):
     (folder / "results").mkdir()
     smooth.save(folder / "results" / "solution.nc")
     (folder / "coating.yml").write_text(CONSTANTS)
+    rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
+    (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
+    (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
     return folder
 
 
@@ -66,7 +69,9 @@ def here(files, tmp_path, monkeypatch):
 
 @pytest.fixture
 def alone(monkeypatch):
-    """No network, no cluster, and a study of one page: other tests have them whole."""
+    """No network, no cluster, a study of one page and a catalogue of two models: other tests have them whole."""
+    few = [catalogue["lambert"], catalogue["ggx"]]
+    monkeypatch.setattr("gonio.comparison.answer.everything", lambda: few)
     monkeypatch.setattr("gonio.app.commands.fetch.fetch", lambda *_: Path("scan.csv"))
     monkeypatch.setattr("gonio.app.commands.demo.write_demo", _page)
 
@@ -105,7 +110,7 @@ def prepare(line, folder, monkeypatch):
         shutil.rmtree(folder / "results")
     elif " coating.bsdf --to" in line:
         (folder / "coating.bsdf").unlink()
-    elif command == "reduce":
+    elif command in ("reduce", "import"):
         (folder / "scan.csv").unlink()
 
 
@@ -125,8 +130,11 @@ def test_an_example_runs_as_it_stands(run, here, alone, monkeypatch, line):
 
 
 @pytest.mark.parametrize("line", [one.line for one in EXAMPLES])
+@pytest.mark.usefixtures("alone")
 def test_the_examples_of_the_program_run(run, here, line):
     shutil.rmtree(here / "results")
+    if line.startswith("gonio import"):
+        (here / "scan.csv").unlink()
     code, out, err = run(*shlex.split(line)[1:])
     assert code == 0, err
     assert out

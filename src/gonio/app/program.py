@@ -26,7 +26,7 @@ GROUPS = {
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 EXAMPLES = (
     Example("gonio info scan.csv", "See what a file holds and whether something is wrong with it"),
-    Example("gonio import table.xlsx --out scan.csv", "Read a table of your own as a scan"),
+    Example("gonio import table.csv --out scan.csv", "Read a table of your own as a scan"),
     Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
     Example("gonio fit --help", "Learn more about one command"),
 )

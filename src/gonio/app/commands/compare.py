@@ -10,7 +10,7 @@ from gonio.app.help_page import Example
 from gonio.app.legend import legend
 from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models
 from gonio.app.views import ranking
-from gonio.comparison.answer import Answer, answer
+from gonio.comparison import answer as answering
 from gonio.comparison.metrics import METRICS
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
@@ -57,14 +57,14 @@ def command(
     """
     if ranked.rank and ranked.rank not in METRICS:
         raise ValueError(f"no metric {ranked.rank!r}: choose one of {', '.join(METRICS)}")
-    models = chosen_models(ranked.models or "all")
+    models = chosen_models(ranked.models) if ranked.models else answering.everything()
     if not models:
         raise ValueError("--models names no model: there is nothing to compare")
     asked = ranked.asked(len(models), solver=search.chosen(), race=not ranked.models, by=ranked.rank)
-    answers: list[tuple[Path, Answer]] = []
+    answers: list[tuple[Path, answering.Answer]] = []
     for path, data in [(path, scan.read(path)) for path in scans]:
         with watched(path.name) as watch:
-            answers.append((path, answer(data, models, asked, watch, **problem.given())))
+            answers.append((path, answering.answer(data, models, asked, watch, **problem.given())))
     lines = (line for path, one in answers for line in ranking.lines(path, one, ranked.rank, ranked.by_incidence))
     meanings = legend([one.rows for _, one in answers], ranked.rank)
     output.show([ranking.record(path, one) for path, one in answers], chain(lines, meanings))

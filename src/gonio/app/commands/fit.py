@@ -12,7 +12,7 @@ from gonio.app.output import emit_json, show
 from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
-from gonio.comparison.answer import answer
+from gonio.comparison import answer as answering
 from gonio.comparison.ranking import problems_of
 from gonio.files import filling, refuse_existing
 from gonio.fitting.certainty.bootstrap import kept
@@ -69,7 +69,7 @@ def command(
     not shown. With --model that one is fitted. Several scans are fitted together by --joint.
     """
     data = scan.read_joint(scans, fitted.joint)
-    models = chosen_models(model or "all")
+    models = chosen_models(model) if model else answering.everything()
     if len(models) == 1:
         certainty.refuse_unfit(problems_of(data, models, problem.given())[0])
     out = Path(fitted.out) if fitted.out else None
@@ -77,7 +77,7 @@ def command(
         refuse_existing(out, output.force)
     asked = fitted.asked(len(models), solver=search.chosen(), covariance=certainty.covariance)
     with watched("fitting") as watch:
-        found = answer(data, models, asked, watch, **problem.given())
+        found = answering.answer(data, models, asked, watch, **problem.given())
     row = found.best
     scrutiny = scrutinise(found.problem, row.solution.vector(found.problem.names))
     answers = ask(found.problem, row.solution, certainty, search.seed)

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import gonio
+from gonio.app.answering import watched
 from gonio.comparison import answer as answering
 from gonio.comparison.answer import Asked, Watch, answer
 from gonio.comparison.consistency import contradictions
@@ -278,3 +279,22 @@ class TestPresets:
     def test_both_are_refused(self):
         with pytest.raises(ValueError, match="exclude each other"):
             gonio.Problem(gonio.catalogue["ggx"], simulated(), dielectric=True, metal=True)
+
+
+def test_ctrl_c_prints_the_models_that_are_fitted(capsys, found):
+    """F11: what is done is not lost. The program ends by a signal with the same words (tests/test_ending.py)."""
+
+    def interrupted():
+        with watched("fitting") as watch:
+            watch.fitted(found.rows[1])
+            watch.fitted(found.rows[0])
+            raise KeyboardInterrupt
+
+    with pytest.raises(SystemExit) as ended:
+        interrupted()
+    assert ended.value.code == 130
+    first, second, third = capsys.readouterr().err.splitlines()
+    assert first == "stopped: 2 models were fitted in full, the best first"
+    assert second.startswith(f"  {found.rows[0].model.name}: left-out lg RMSE ")
+    assert third.startswith(f"  {found.rows[1].model.name}: left-out lg RMSE ")
+    assert "width 0.08" in second

@@ -9,6 +9,7 @@ from gonio.app.options import processes
 from gonio.app.output import figure, progress_bar
 from gonio.comparison.answer import NOTHING, Asked, Watch
 from gonio.comparison.assessment import Row
+from gonio.comparison.metrics import METRICS
 from gonio.comparison.ranking import ordered
 from gonio.fitting.objective.automatic import AUTO
 from gonio.options import Option, Panel
@@ -47,12 +48,12 @@ def watched(description: str) -> Iterator[Watch]:
     def so_far() -> str:
         if not done:
             return "stopped: no model was fitted in full yet"
-        lines = [f"stopped: {len(done)} models were fitted in full, the best first"]
+        lines = [f"stopped: {len(done)} model{'s were' if len(done) > 1 else ' was'} fitted in full, the best first"]
         for row in ordered(done):
             error = row.validated[row.metric] if row.validated else row.metrics[row.metric]
             values = ", ".join(f"{name} {figure(value)}" for name, value in list(row.solution.values.items())[:12])
             lines.append(
-                f"  {row.model.name}: {'left-out ' * bool(row.validated)}{row.metric} {figure(error)} ({values})"
+                f"  {row.model.name}: {'left-out ' * bool(row.validated)}{METRICS[row.metric].title} {figure(error)} ({values})"
             )
         return "\n".join(lines)
 

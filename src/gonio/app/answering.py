@@ -48,7 +48,8 @@ def watched(description: str) -> Iterator[Watch]:
     def so_far() -> str:
         if not done:
             return "stopped: no model was fitted in full yet"
-        lines = [f"stopped: {len(done)} model{'s were' if len(done) > 1 else ' was'} fitted in full, the best first"]
+        count = "1 model was" if len(done) == 1 else f"{len(done)} models were"
+        lines = [f"stopped: {count} fitted in full, the best first"]
         for row in ordered(done):
             error = row.validated[row.metric] if row.validated else row.metrics[row.metric]
             values = ", ".join(f"{name} {figure(value)}" for name, value in list(row.solution.values.items())[:12])

@@ -53,9 +53,8 @@ def watched(description: str) -> Iterator[Watch]:
         for row in ordered(done):
             error = row.validated[row.metric] if row.validated else row.metrics[row.metric]
             values = ", ".join(f"{name} {figure(value)}" for name, value in list(row.solution.values.items())[:12])
-            lines.append(
-                f"  {row.model.name}: {'left-out ' * bool(row.validated)}{METRICS[row.metric].title} {figure(error)} ({values})"
-            )
+            metric = "left-out " * bool(row.validated) + METRICS[row.metric].title
+            lines.append(f"  {row.model.name}: {metric} {figure(error)} ({values})")
         return "\n".join(lines)
 
     with last_words(so_far), progress_bar(description) as progress:

@@ -23,7 +23,8 @@ SUFFIXES = {f.name: f.suffix for f in WRITABLE}
 def here(tmp_path, monkeypatch):
     """A folder with a scan of the hemisphere, which is the current one."""
     theta_i, theta_r, phi = (a.ravel() for a in np.meshgrid([10.0, 40], np.arange(0, 86, 5.0), np.arange(0, 360, 15.0)))
-    write(make_scan(theta_i, theta_r, 0.02 + 0.2 * np.cos(np.radians(theta_r)), phi), tmp_path / "scan.csv")
+    cosines = np.cos(np.radians(theta_i)) * np.cos(np.radians(theta_r))  # of both: reciprocal
+    write(make_scan(theta_i, theta_r, 0.02 + 0.2 * cosines, phi), tmp_path / "scan.csv")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

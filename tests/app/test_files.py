@@ -68,11 +68,15 @@ def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):
     code, _, err = run("convert", scan_file, out, "--to", "zemax")
     assert code == 1
     assert "--fill symmetry or --fill MODEL" in err
-    code, _, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert")
+    code, _, err = run(
+        "convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--weighting", "uniform"
+    )
     assert code == 1  # this scan, made of weights alone, has no physical size
     assert "the Zemax BSDF would scatter 292.2 % of the light that falls on it, at theta_i 0 deg" in err
     assert not out.exists()
-    code, text, err = run("convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--force")
+    code, text, err = run(
+        "convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--force", "--weighting", "uniform"
+    )
     assert code == 0, err
     text = " ".join(text.split())
     assert "filled by lambert fitted with uniform weighting" in text

@@ -127,7 +127,7 @@ def test_a_mended_scan_is_written_with_its_history(run, written, tmp_path):
         (["--divide", "0"], "cannot be divided by 0"),
         (["--divide", "two"], "--divide is 'two', not a number"),
         (["--saturation", "nan"], "the saturation is nan"),
-        (["--shift-theta-r", "95"], "cannot be shifted by 95"),
+        (["--shift-theta-r", "95"], "--shift-theta-r is 95: give a number from -90 to 90"),
     ],
 )
 def test_what_mends_nothing_is_refused_in_one_line(run, written, flags, words):

@@ -70,7 +70,7 @@ def test_a_lobe_on_the_source_side_is_warned_of_with_the_remedy(run, tmp_path):
 
 
 def test_a_workbook_is_refused_with_the_command_that_reads_it(run, tmp_path):
-    from samples.workbooks import write
+    from workbooks import write
 
     path = write(tmp_path / "book.xlsx", {"data": [["AOI", "AOS", "BRDF"], [10.0, 5.0, 0.1]]})
     code, _, err = run("info", path)
@@ -80,7 +80,7 @@ def test_a_workbook_is_refused_with_the_command_that_reads_it(run, tmp_path):
 
 
 def test_a_damaged_workbook_is_one_line(run, tmp_path):
-    from samples.workbooks import write
+    from workbooks import write
 
     whole = write(tmp_path / "book.xlsx", {"data": [["AOI", "AOS", "BRDF"], [10.0, 5.0, 0.1]]}).read_bytes()
     for cut in (10, 300, len(whole) - 40):

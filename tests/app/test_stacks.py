@@ -139,7 +139,7 @@ def test_what_cannot_be_fitted_is_one_line(run, stack, here, tmp_path):
         command(stack, "--group", "rho=colour"): "no coordinate 'colour' to group by",
         command(stack, "--hold", "rho=0.5"): "every parameter is held",
         command(stack, "--each", "colour"): "'colour'",
-        command(stack, "--weighting", "heavy"): "choose one of uniform",
+        command(stack, "--weighting", "heavy"): "choose one of auto, uniform",
         command(stack, "--bound", "rho=1"): "name=lower:upper",
         command(stack, "--block", "0"): "--block is 0",
     }

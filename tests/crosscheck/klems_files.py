@@ -104,9 +104,15 @@ def exact(k, a, c, u, **_):
 
 # name: the scan and what `gonio convert` is told
 MEASURED = {
-    "one wavelength": (SHARED / "scans" / "ualoft_aeroglaze.csv", ("--fill", "torrance-sparrow")),
+    "one wavelength": (
+        SHARED / "scans" / "ualoft_aeroglaze.csv",
+        ("--fill", "torrance-sparrow", "--weighting", "uniform"),
+    ),
     "one channel": (SHARED / "files" / "rgl" / "paper_white_rgb.bsdf", ("--select", "channel=G")),
-    "in plane": (SHARED / "scans" / "rgl_colodur_napoli_4f.csv", ("--select", "channel=R", "--fill", "oren-nayar")),
+    "in plane": (
+        SHARED / "scans" / "rgl_colodur_napoli_4f.csv",
+        ("--select", "channel=R", "--fill", "oren-nayar", "--weighting", "uniform"),
+    ),
 }
 SIMULATED = {
     "three wavelengths": (lambda path: grid(path, [450.0, 550.0, 650.0], "reflection"), ("--select", "wavelength=550")),

@@ -28,7 +28,7 @@ def test_read_and_checked(real_scan):
 
 
 def test_ranked(real_scan):
-    rows = compare(read(real_scan), MODELS)
+    rows = compare(read(real_scan), MODELS, weighting="uniform")
     costs = [row.metrics["E"] for row in rows]
     assert all(a <= b * (1 + TIE) for a, b in itertools.pairwise(costs))
     assert all(set(row.metrics) == set(METRICS) for row in rows)

@@ -121,7 +121,7 @@ def test_published_constants_between_and_outside_the_tabulated_angles():
     assert surface.at(25.0)["ks"] == pytest.approx((362 + 397) / 2)
     with pytest.raises(ValueError, match="20 to 70 deg"):
         surface.at(75.0)
-    with pytest.raises(KeyError, match="nearest: Al"):
+    with pytest.raises(KeyError, match="did you mean Al"):
         published["al"]
 
 

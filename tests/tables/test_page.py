@@ -11,7 +11,7 @@ from gonio.app.cli import main
 from gonio.tables.headings import parsed
 from gonio.tables.request import target
 from places import ROOT
-from samples.workbooks import write
+from workbooks import write
 
 PAGE = (ROOT / "docs" / "tables.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r"^`([\w.-]+)`:\n\n```\n(.*?)```", PAGE, re.M | re.S))

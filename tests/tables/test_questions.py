@@ -158,7 +158,7 @@ def test_flags_that_say_nothing_of_the_table_are_refused(tmp_path, flags, said):
 
 
 def test_two_sheets_that_nothing_tells_apart(tmp_path):
-    from samples.workbooks import write
+    from workbooks import write
 
     rows = [["AOI", "AOS", "BRDF"], [10.0, 5.0, 0.1], [30.0, 5.0, 0.1]]
     path = write(tmp_path / "book.xlsx", {"black": rows, "white": rows})

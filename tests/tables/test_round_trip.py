@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gonio import read_table
 from gonio.measured.dataset import make_scan, signed_theta_r
-from samples.workbooks import write as write_workbook
+from workbooks import write as write_workbook
 
 SETTINGS = settings(
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True

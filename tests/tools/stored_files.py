@@ -30,7 +30,7 @@ def fits(folder: Path) -> list[Path]:
         "joined": Problem(ggx, join(surfaces)),
     }
     solutions = {name: fit(problem) for name, problem in problems.items()}
-    solutions["annealed"] = fit(problems["plain"], Anneal(max_iterations=200))
+    solutions["annealed"] = fit(problems["plain"], solver=Anneal(max_iterations=200))
     solutions["drawn"] = kept(solutions["grouped"], bootstrap(problems["grouped"], solutions["grouped"], draws=20))
     for name, solution in solutions.items():
         solution.save(folder / f"{name}.nc")

@@ -125,8 +125,9 @@ def _components(title: str, scan: xr.Dataset, fits: Fits) -> "Figure":
 
 
 def _convergence(title: str, _scan: xr.Dataset, fits: Fits) -> "Figure":
-    histories = {name: solution.dataset["history"].values for name, solution in fits.items()}
-    if max(len(h) for h in histories.values()) < 2:
+    annealed = {name: solution for name, solution in fits.items() if solution.dataset.attrs["solver"] == "anneal"}
+    histories = {name: solution.dataset["history"].values for name, solution in annealed.items()}
+    if not histories:
         raise ValueError("an exact solution has no course to draw: add --solver anneal")
     return convergence(histories, title=title)
 

@@ -39,7 +39,7 @@ def test_starts_grow_with_the_dimension():
 
 
 def test_searches_that_agree_are_counted_and_nothing_is_said(problem):
-    solution = fit(problem, Several((1.0, 1.0, 1.5)))
+    solution = fit(problem, solver=Several((1.0, 1.0, 1.5)))
     attrs = solution.dataset.attrs
     assert (attrs["searches"], attrs["searches_alike"]) == (4, 3)
     assert attrs["next_minimum"] > 1.001
@@ -47,7 +47,7 @@ def test_searches_that_agree_are_counted_and_nothing_is_said(problem):
 
 
 def test_where_rivals_differ_a_lower_minimum_may_exist(problem):
-    solution = fit(problem, Several((1.05, 1.5)))
+    solution = fit(problem, solver=Several((1.05, 1.5)))
     attrs = solution.dataset.attrs
     assert (attrs["searches"], attrs["searches_alike"]) == (3, 1)
     (line,) = provisos.minima_lines(solution)

@@ -39,7 +39,10 @@ class TableOptions:
     PANEL: ClassVar = Panel.DATA
     columns: Annotated[
         tuple[str, ...],
-        Option("what columns hold: AOI=theta_i,AOS=theta_r,BSDF=brdf", metavar="HEADING=NAME[:UNIT],.."),
+        Option(
+            "what columns hold, with a unit where needed: AOI=theta_i,AOS=theta_r:rad,BSDF=brdf",
+            metavar="HEADING=NAME,..",
+        ),
     ] = ()
     layout: Annotated[
         str,
@@ -52,14 +55,13 @@ class TableOptions:
     rows: Annotated[
         str, Option("the angle that the rows of a matrix hold", metavar="theta_i|theta_r", names=("theta_i", "theta_r"))
     ] = ""
-    values: Annotated[
-        str, Option("the columns of values, one for each wavelength: '*nm'", metavar="PATTERN[:UNIT]")
-    ] = ""
+    values: Annotated[str, Option("the columns of values, one for each wavelength: '*nm'", metavar="PATTERN")] = ""
     quantity: Annotated[
         str,
         Option(
-            "what the values are: brdf, ccbsdf, reflectance-factor, radiant-intensity, log10-brdf, signal or percent",
-            metavar="NAME[:percent]",
+            "what the values are: brdf, ccbsdf, reflectance-factor, radiant-intensity, log10-brdf, signal or percent; "
+            "reflectance-factor:percent where they are in per cent",
+            metavar="NAME",
         ),
     ] = ""
     sheet: Annotated[str, Option("the sheet of a workbook with several", metavar="NAME")] = ""

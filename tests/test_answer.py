@@ -12,6 +12,7 @@ from gonio.app.answering import watched
 from gonio.comparison import answer as answering
 from gonio.comparison.answer import Asked, Watch, answer
 from gonio.comparison.consistency import contradictions
+from gonio.comparison.race import sample_rows
 from gonio.comparison.verdict import Verdict, as_part, scatter
 from gonio.fitting.objective.automatic import RELATIVE_ERROR, chosen
 from gonio.measured import dataset
@@ -143,6 +144,27 @@ class TestAnswer:
         assert found.raced <= 30
         assert found.best.model.name == "ggx"
         assert found.best.solution.dataset.attrs["points"] == len(THETA_I) * len(THETA_R)
+
+    def test_of_many_wavelengths_some_stand_for_all(self, monkeypatch):
+        """Each has weights of its own: a sample of every wavelength would determine none."""
+        some = [
+            simulated(seed=k).assign_coords(wavelength=("direction", np.full(51, 400.0 + 10 * k))) for k in range(8)
+        ]
+        scan = gonio.join({str(k): one for k, one in enumerate(some)}).drop_vars("scan")
+        rows = sample_rows(dataset.points(scan), 240)
+        assert len(np.unique(scan["wavelength"].values[rows])) == 1
+        assert len(rows) == 51
+        monkeypatch.setattr(answering, "RACED", 240)
+        monkeypatch.setattr(answering, "VALIDATED", 300)
+        found = answer(scan, FEW)
+        assert (found.best.model.name, found.raced) == ("ggx", 51)
+        assert found.best.validated["log10_rmse"] > 0
+        assert len([name for name in found.best.solution.values if name.startswith("rho_s[")]) == 8
+
+    def test_a_file_of_many_points_is_validated_only_if_asked(self, monkeypatch):
+        monkeypatch.setattr(answering, "VALIDATED", 50)
+        assert not answer(simulated(), FEW[:1]).best.validated
+        assert answer(simulated(), FEW[:1], Asked(left_out="theta_i")).best.validated
 
     def test_progress_names_the_model_and_rows_come_as_they_are_there(self):
         told, rows = [], []

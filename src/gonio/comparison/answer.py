@@ -21,24 +21,26 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from gonio.comparison.assessment import Row, validate
+from gonio.comparison.assessment import Row
 from gonio.comparison.consistency import Contradiction, consistent
 from gonio.comparison.consistency import record as contradicted_record
-from gonio.comparison.race import first_look, spread_rows, worth_fitting
-from gonio.comparison.ranking import assessed, ordered, problems_of
+from gonio.comparison.race import first_look, sample_rows, worth_fitting
+from gonio.comparison.ranking import assessed, for_model, ordered, problems_of, settled
 from gonio.comparison.verdict import Verdict, verdict
 from gonio.fitting import fitting
 from gonio.fitting.certainty.hold_out import folds
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.automatic import AUTO
+from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Progress, Solver, silent
 from gonio.fitting.solution import Solution
+from gonio.measured import dataset
 from gonio.model import Model
 from gonio.processes import crew
 
 RACED = 1000  # points on which models are compared: a scan has some hundred
-VALIDATED = 20_000  # points of a scan that is validated as a whole
+VALIDATED = 5_000  # points of a scan that is validated as a whole, unless that is asked for
 FEWEST_ANGLES = 3  # of incidence, so that two are left when one is left out
 BLOCKS = "5"  # what is left out of a scan of fewer: each in turn of so many parts of blocks of directions
 NOTHING = "none"  # to leave out
@@ -149,32 +151,43 @@ def answer(
     asked, watch = asked or Asked(), watch or Watch()
     models = list(models or everything())
     scan, contradicted = (scan, []) if asked.keep_all else consistent(scan)
-    problems = problems_of(scan, models, options)
+    settings = settled(scan, options)
     is_race = asked.race and len(models) > 1
-    raced = [p.part(spread_rows(len(p.measured), RACED)) for p in problems] if is_race else problems
-    left_out = _left_out(raced, asked.left_out)
+    problems = problems_of(*_raced(scan, models, settings)) if is_race else problems_of(scan, models, settings)
+    raced = len(problems[0].measured)
+    left_out = _left_out(problems, asked.left_out)
     with crew(asked.workers) as shared:
         looks: dict[int, float] = {}
-        for place, error in shared(first_look, raced) if is_race else ():
+        for place, error in shared(first_look, problems) if is_race else ():
             looks[place] = error
             watch.progress(LOOKED * len(looks) / len(models), models[place].name)
         places = worth_fitting(looks) if is_race else list(range(len(models)))
         rows: list[Row] = []
         work = functools.partial(assessed, solver=asked.solver, left_out=left_out, covariance=asked.covariance)
-        for _, row in shared(work, [raced[k] for k in sorted(places, key=lambda k: -len(problems[k].free_shape))]):
+        for _, row in shared(work, [problems[k] for k in sorted(places, key=lambda k: -len(problems[k].free_shape))]):
             rows.append(row)
             logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(rows), len(places))
             watch.fitted(row)
             watch.progress(LOOKED + (RAN - LOOKED) * len(rows) / len(places), row.model.name)
     rows = ordered(rows, asked.by) if left_out or asked.by or not is_race else sorted(rows, key=_unvalidated)
     problem = next(p for p in problems if p.model.name == rows[0].model.name)
-    if len(raced[0].measured) < len(problem.measured):
+    if is_race and raced < dataset.points(scan).sizes["direction"]:
+        problem = Problem(problem.model, scan, **for_model(problem.model, models, settings))
         rows[0] = _of_all(problem, rows[0], asked)
     dropped = {models[k].name: looks[k] for k in sorted(looks, key=lambda k: looks[k]) if k not in places}
-    found = Answer(
-        rows, problem, verdict(rows[0], problem.points), dropped, len(raced[0].measured), left_out, contradicted
-    )
+    found = Answer(rows, problem, verdict(rows[0], problem.points), dropped, raced, left_out, contradicted)
     return found.with_record()
+
+
+def _raced(
+    scan: xr.Dataset, models: Sequence[Model], settings: ProblemOptions
+) -> tuple[xr.Dataset, Sequence[Model], ProblemOptions]:
+    """What `problems_of` takes for the points on which models are compared."""
+    points = dataset.points(scan)
+    rows = sample_rows(points, RACED)
+    weights = settings.point_weights
+    settings = replace(settings, point_weights=None if weights is None else weights[rows])
+    return points.isel(direction=rows), models, settings
 
 
 def everything() -> list[Model]:
@@ -193,9 +206,15 @@ def _of_all(problem: Problem, raced: Row, asked: Asked) -> Row:
     """The row of a model fitted to all points, validated on all where they are not too many, else as it was raced."""
     whole = len(problem.measured) <= VALIDATED
     row = assessed(problem, asked.solver, raced.left_out if whole else "", asked.covariance)
-    if whole or not raced.validated:
+    if whole:
         return row
-    return validate(problem.part(spread_rows(len(problem.measured), RACED)), row, raced.left_out)
+    return replace(
+        row,
+        validated=raced.validated,
+        by_fold=raced.by_fold,
+        left_out=raced.left_out,
+        judged_left_out=raced.judged_left_out,
+    )
 
 
 def _left_out(problems: Sequence[Problem], asked: str) -> str:
@@ -205,6 +224,8 @@ def _left_out(problems: Sequence[Problem], asked: str) -> str:
     if asked != AUTO:
         return asked
     points = problems[0].points
+    if points.sizes["direction"] > VALIDATED:
+        return ""
     by_incidence = any("theta_i" in entry.by for problem in problems for entry in problem.free)
     if len(np.unique(points["theta_i"].values)) >= FEWEST_ANGLES and not by_incidence:
         return "theta_i"

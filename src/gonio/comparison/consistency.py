@@ -33,6 +33,7 @@ import xarray as xr
 from gonio.comparison.metrics import curves
 from gonio.measured import dataset
 from gonio.measured.masking import mask
+from gonio.measured.stack import foreign_dims
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -69,6 +70,8 @@ def record(found: Sequence[Contradiction]) -> list[dict[str, Any]]:
 
 def consistent(scan: xr.Dataset) -> tuple[xr.Dataset, list[Contradiction]]:
     """The scan with the values masked that the rest of it contradicts, and which these are."""
+    if foreign_dims(scan):  # many scans, which a Problem refuses
+        return scan, []
     points = dataset.points(scan)
     found = contradictions(points)
     if not found:

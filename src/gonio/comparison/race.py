@@ -13,15 +13,19 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.projection import Projection
+from gonio.measured import dataset
+from gonio.measured.distinct import combined
 
 LOOKED_AT = 160  # points
 LOOK = Projection()
 SPREAD = 1.8  # times the least error: beyond it no model of the measured scans predicted best
 FEWEST, MOST = 4, 12  # models that are fitted in full
 SEED = 0
+OF_A_SET = 200  # points of each set that is taken of many
 
 
 def spread_rows(count: int, wanted: int) -> npt.NDArray[np.intp]:
@@ -33,6 +37,23 @@ def spread_rows(count: int, wanted: int) -> npt.NDArray[np.intp]:
         return np.arange(count)
     random = np.random.default_rng(SEED)
     return np.unique(((np.arange(wanted) + random.random(wanted)) * count / wanted).astype(np.intp))
+
+
+def sample_rows(points: xr.Dataset, wanted: int) -> npt.NDArray[np.intp]:
+    """Places of at most `wanted` points of a flat scan that stand for all while models are compared.
+
+    Of many sets, such as wavelengths, some are taken, evenly, and of these the points: each set has weights of its own,
+    which few points of every set would not determine.
+    """
+    count = points.sizes["direction"]
+    if count <= wanted:
+        return np.arange(count)
+    names = dataset.sets(points)
+    group = combined([points[name].values for name in names]) if names else np.zeros(count, dtype=np.intp)
+    sets = int(group.max()) + 1
+    chosen = np.unique(np.linspace(0, sets - 1, min(sets, max(wanted // OF_A_SET, 1))).round().astype(np.intp))
+    rows = np.flatnonzero(np.isin(group, chosen))
+    return rows[spread_rows(len(rows), wanted)]
 
 
 def first_look(problem: Problem) -> float:

@@ -53,7 +53,7 @@ def compare(
     """
     if by and by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
-    problems = problems_of(scan, models, options)
+    problems = problems_of(scan, models, settled(scan, options))
     work = functools.partial(assessed, solver=solver, left_out=left_out)
     done: dict[int, Row] = {}
     longest = longest_first(problems)
@@ -64,11 +64,15 @@ def compare(
     return ordered([done[k] for k in range(len(models))], by)
 
 
-def problems_of(scan: xr.Dataset, models: Sequence[Model], options: Mapping[str, Any]) -> list[Problem]:
-    """The problem of each model, with the options that are read from the scan read once for all."""
+def settled(scan: xr.Dataset, options: Mapping[str, Any]) -> ProblemOptions:
+    """The options with those that are read from the scan read, once for all models."""
     asked = ProblemOptions(**options)
-    asked = replace(asked, **answered(asked, scan))
-    return [Problem(model, scan, **_for_model(model, models, asked)) for model in models]
+    return replace(asked, **answered(asked, scan))
+
+
+def problems_of(scan: xr.Dataset, models: Sequence[Model], options: ProblemOptions) -> list[Problem]:
+    """The problem of each model, with the options that concern it."""
+    return [Problem(model, scan, **for_model(model, models, options)) for model in models]
 
 
 def longest_first(problems: Sequence[Problem]) -> list[int]:
@@ -103,7 +107,7 @@ def _ordered(rows: Sequence[Row], error_of: Callable[[Row], float]) -> list[Row]
     return [row for tied in ties for row in sorted(tied, key=lambda row: (row.free_parameters, place[id(row)]))]
 
 
-def _for_model(model: Model, models: Sequence[Model], options: ProblemOptions) -> dict[str, Any]:
+def for_model(model: Model, models: Sequence[Model], options: ProblemOptions) -> dict[str, Any]:
     """The options with the names of parameters that this model has."""
     out = options.given()
     parameters = {name for m in models for name in m.parameters}

@@ -13,7 +13,7 @@ from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
 from gonio.comparison import answer as answering
-from gonio.comparison.ranking import problems_of
+from gonio.comparison.ranking import problems_of, settled
 from gonio.files import filling, refuse_existing
 from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
@@ -71,7 +71,7 @@ def command(
     data = scan.read_joint(scans, fitted.joint)
     models = chosen_models(model) if model else answering.everything()
     if len(models) == 1:
-        certainty.refuse_unfit(problems_of(data, models, problem.given())[0])
+        certainty.refuse_unfit(problems_of(data, models, settled(data, problem.given()))[0])
     out = Path(fitted.out) if fitted.out else None
     if out:
         refuse_existing(out, output.force)

@@ -18,6 +18,7 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.materials import constants
 from gonio.measured import dataset
 from gonio.measured.half_width import half_widths, widest_angle
+from gonio.measured.stack import foreign_dims
 from gonio.model import Model
 from gonio.units import UNITS
 
@@ -51,6 +52,8 @@ def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
 
     Without a value there is nothing to choose from; a Problem then says so itself.
     """
+    if foreign_dims(scan):  # many scans, which a Problem refuses
+        return {"weighting": "uniform"}
     points = dataset.points(scan)
     if options.noise_floor:
         reason = f"a noise floor of {options.noise_floor:g} is given"

@@ -10,9 +10,10 @@ import xarray as xr
 import gonio
 from gonio.app.answering import watched
 from gonio.comparison import answer as answering
-from gonio.comparison.answer import Asked, Watch, answer
+from gonio.comparison.answer import answer
 from gonio.comparison.consistency import contradictions
 from gonio.comparison.race import sample_rows
+from gonio.comparison.runs import Asked, Watch
 from gonio.comparison.verdict import Verdict, as_part, scatter
 from gonio.fitting.objective.automatic import RELATIVE_ERROR, chosen
 from gonio.measured import dataset

@@ -7,10 +7,11 @@ from typing import Annotated, Any, ClassVar
 
 from gonio.app.options import processes
 from gonio.app.output import figure, progress_bar
-from gonio.comparison.answer import NOTHING, Asked, Watch
+from gonio.comparison.answer import NOTHING
 from gonio.comparison.assessment import Row
 from gonio.comparison.metrics import METRICS
 from gonio.comparison.ranking import ordered
+from gonio.comparison.runs import Asked, Watch
 from gonio.fitting.objective.automatic import AUTO
 from gonio.options import Option, Panel
 from gonio.processes.ending import last_words

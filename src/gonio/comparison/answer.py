@@ -2,7 +2,7 @@
 
 1. Values that the rest of the scan contradicts are left out of the fit (`consistency`), and said to be.
 2. The weighting that the data ask for (`fitting.objective.automatic`), unless one is named.
-3. A first look at every model (`race`), and a full fit of those that may predict best.
+3. A first look at every model (`race`), and a fit of those that may predict best.
 4. Each of these is validated on directions that its fit was not shown, whole incidence angles where the scan has three.
 5. The one with the least error there, its values and uncertainties, and a verdict in plain words (`verdict`).
 
@@ -10,13 +10,11 @@ The error of the best of several models is a little too small, as the model was 
 stand for all while models are compared; the best is then fitted to all.
 """
 
-import functools
 import json
-import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,7 +23,8 @@ from gonio.comparison.assessment import Row
 from gonio.comparison.consistency import Contradiction, consistent
 from gonio.comparison.consistency import record as contradicted_record
 from gonio.comparison.race import first_look, sample_rows, worth_fitting
-from gonio.comparison.ranking import assessed, for_model, ordered, problems_of, settled
+from gonio.comparison.ranking import assessed, for_model, longest_first, ordered, problems_of, settled
+from gonio.comparison.runs import LOOKED, Asked, Run, Watch
 from gonio.comparison.verdict import Verdict, verdict
 from gonio.fitting import fitting
 from gonio.fitting.certainty.hold_out import folds
@@ -44,46 +43,11 @@ VALIDATED = 5_000  # points of a scan that is validated as a whole, unless that 
 FEWEST_ANGLES = 3  # of incidence, so that two are left when one is left out
 BLOCKS = "5"  # what is left out of a scan of fewer: each in turn of so many parts of blocks of directions
 NOTHING = "none"  # to leave out
-LOOKED, RAN = 0.3, 0.95  # of the time when every model was looked at, and when all were fitted
 
 
 def _finite(value: float | None) -> float | None:
     """For JSON, which has neither NaN nor infinity."""
     return value if value is not None and math.isfinite(value) else None
-
-
-def _unwatched(fraction: float, what: str = "") -> None:
-    """Do nothing with the progress."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Asked:
-    """How an answer is looked for.
-
-    left_out: as `compare` takes it; `auto` is theta_i where the scan has three incidence angles, else five parts of
-    blocks of directions; `none` leaves nothing out. by: a metric of the fit to rank by in place of what is left out.
-    race: fit only models that a first look finds near to the best; else all. keep_all: fit values that the rest of the
-    scan contradicts, too. solver, covariance: as `fitting.fit` takes them. workers: processes that share the models.
-    """
-
-    left_out: str = AUTO
-    by: str = ""
-    race: bool = True
-    keep_all: bool = False
-    solver: Solver | None = None
-    covariance: str = DEFAULT
-    workers: int = 1
-
-
-def _ignored(row: Row) -> None:
-    """Do nothing with a row."""
-
-
-class Watch(NamedTuple):
-    """Who is told how far it is: of the fraction that is done with the last model, and of each row when it is there."""
-
-    progress: Callable[[float, str], None] = _unwatched
-    fitted: Callable[[Row], None] = _ignored
 
 
 @dataclass(frozen=True)
@@ -161,20 +125,16 @@ def answer(
         for place, error in shared(first_look, problems) if is_race else ():
             looks[place] = error
             watch.progress(LOOKED * len(looks) / len(models), models[place].name)
-        places = worth_fitting(looks) if is_race else list(range(len(models)))
-        rows: list[Row] = []
-        work = functools.partial(assessed, solver=asked.solver, left_out=left_out, covariance=asked.covariance)
-        for _, row in shared(work, [problems[k] for k in sorted(places, key=lambda k: -len(problems[k].free_shape))]):
-            rows.append(row)
-            logging.getLogger(__name__).info("compared %s, %d of %d", row.model.name, len(rows), len(places))
-            watch.fitted(row)
-            watch.progress(LOOKED + (RAN - LOOKED) * len(rows) / len(places), row.model.name)
+        runners = worth_fitting(looks) if is_race else longest_first(problems)
+        run = Run(problems, left_out, asked, watch, shared, len(runners))
+        rows = run.race(runners, looks) if is_race else run.fitted(runners)
     rows = ordered(rows, asked.by) if left_out or asked.by or not is_race else sorted(rows, key=_unvalidated)
     problem = next(p for p in problems if p.model.name == rows[0].model.name)
     if is_race and raced < dataset.points(scan).sizes["direction"]:
         problem = Problem(problem.model, scan, **for_model(problem.model, models, settings))
         rows[0] = _of_all(problem, rows[0], asked)
-    dropped = {models[k].name: looks[k] for k in sorted(looks, key=lambda k: looks[k]) if k not in places}
+    names = {row.model.name for row in rows}
+    dropped = {models[k].name: looks[k] for k in sorted(looks, key=lambda k: looks[k]) if models[k].name not in names}
     found = Answer(rows, problem, verdict(rows[0], problem.points), dropped, raced, left_out, contradicted)
     return found.with_record()
 

@@ -12,6 +12,7 @@ from gonio.fitting.certainty.hold_out import predictions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
 from gonio.model import Model
+from gonio.resampling.difference import FLOOR
 
 Values = npt.NDArray[np.float64]
 FEWEST_PARTS = 5  # of a validation that says which models predict alike
@@ -63,18 +64,27 @@ def assess(problem: Problem, solution: Solution) -> Row:
     they count effective values.
     """
     modelled = solution.brdf(problem.points)
+    floor = floor_of(problem)
     weights = None if problem.logarithmic else problem.root_weights**2
     squares = float(problem.scale * solution.cost)
     return Row(
         solution,
         len(problem.names),
-        metrics(problem.points, modelled, weights),
-        judged(problem.points, modelled),
-        metrics_by_incidence(problem.points, modelled),
+        metrics(problem.points, modelled, weights, floor),
+        judged(problem.points, modelled, floor),
+        metrics_by_incidence(problem.points, modelled, floor),
         *information_criteria(squares, len(problem.measured), solution.effective_values),
         float(problem.points["theta_r"].max()),
         ranked_by(problem),
     )
+
+
+def floor_of(problem: Problem) -> float:
+    """The value below which a logarithm says nothing, in the unit of the BRDF: a tenth of the noise floor of the fit.
+
+    Without one, or where that is smaller, it is a tenth of the least positive value (`metrics.least`).
+    """
+    return float(np.fmax(least(problem.points), FLOOR * problem.noise_floor))
 
 
 def ranked_by(problem: Problem) -> str:
@@ -108,7 +118,7 @@ def validate(problem: Problem, row: Row, by: str) -> Row:
     modelled, parts = predictions(problem, row.solution, by)
     # not where the prediction is finite: every model answers for the same points
     rows = np.flatnonzero(np.logical_or.reduce([part for _, part in parts]))
-    floor, left_out = least(problem.points), problem.points.isel(direction=rows)
+    floor, left_out = floor_of(problem), problem.points.isel(direction=rows)
     weights = None if problem.logarithmic else problem.root_weights**2
     validated = metrics(left_out, modelled[rows], weights if weights is None else weights[rows], floor)
     by_fold = {}

@@ -22,7 +22,9 @@ from gonio.measured.distinct import combined
 
 LOOKED_AT = 160  # points
 LOOK = Projection()
+RACE = Projection(searches=2)  # of the full fits that are compared; those at the front are then searched to the end
 SPREAD = 1.8  # times the least error: beyond it no model of the measured scans predicted best
+HOPE = 1.15  # times the least left-out error so far: a model whose first look is beyond it does not come below
 FEWEST, MOST = 4, 12  # models that are fitted in full
 SEED = 0
 OF_A_SET = 200  # points of each set that is taken of many

@@ -143,11 +143,11 @@ def least_logarithm(reference: Values) -> float:
 
 
 def log10_rmse(reference: Values, other: Values, floor: float) -> float:
-    """The rms of lg(other/reference) where the reference is positive, the other taken as at least `floor`."""
+    """The rms of lg(other/reference) where the reference is positive, both taken as at least `floor`."""
     positive = reference > 0
     if not positive.any():
         return math.nan
-    errors = np.log10(np.maximum(other[positive], floor) / reference[positive])
+    errors = np.log10(np.maximum(other[positive], floor) / np.maximum(reference[positive], floor))
     return float(np.sqrt(np.mean(errors**2)))
 
 

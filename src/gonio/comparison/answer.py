@@ -10,6 +10,7 @@ The error of the best of several models is a little too small, as the model was 
 stand for all while models are compared; the best is then fitted to all.
 """
 
+import functools
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -22,7 +23,7 @@ import xarray as xr
 from gonio.comparison.assessment import Row
 from gonio.comparison.consistency import Contradiction, consistent
 from gonio.comparison.consistency import record as contradicted_record
-from gonio.comparison.race import first_look, sample_rows, worth_fitting
+from gonio.comparison.race import FIRST, first_look, sample_rows, worth_fitting
 from gonio.comparison.ranking import assessed, for_model, longest_first, ordered, problems_of, settled
 from gonio.comparison.runs import LOOKED, Asked, Run, Watch
 from gonio.comparison.verdict import Verdict, verdict
@@ -122,10 +123,13 @@ def answer(
     left_out = _left_out(problems, asked.left_out)
     with crew(asked.workers) as shared:
         looks: dict[int, float] = {}
-        for place, error in shared(first_look, problems) if is_race else ():
-            looks[place] = error
-            watch.progress(LOOKED * len(looks) / len(models), models[place].name)
-        runners = worth_fitting(looks) if is_race else longest_first(problems)
+        order = longest_first(problems)
+        for some in (order[:FIRST], order[FIRST:]) if is_race else ():
+            look = functools.partial(first_look, least=min(looks.values(), default=math.inf))
+            for index, error in shared(look, [problems[k] for k in some]):
+                looks[some[index]] = error
+                watch.progress(LOOKED * len(looks) / len(models), models[some[index]].name)
+        runners = worth_fitting(looks) if is_race else order
         run = Run(problems, left_out, asked, watch, shared, len(runners))
         rows = run.race(runners, looks) if is_race else run.fitted(runners)
     rows = ordered(rows, asked.by) if left_out or asked.by or not is_race else sorted(rows, key=_unvalidated)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
-from gonio.fitting.certainty.hold_out import predictions
+from gonio.fitting.certainty.hold_out import SETTLED, predictions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
 from gonio.model import Model
@@ -108,14 +108,14 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
     return deviance + 2 * k + 2 * k * (k + 1) / (points - k - 1), deviance + k * math.log(points)
 
 
-def validate(problem: Problem, row: Row, by: str) -> Row:
+def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> Row:
     """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
 
-    by: what is left out in turn, as `certainty.hold_out.folds` takes it. `validated` holds the metrics over all
-    left-out points, `by_fold` the metric of the weighting of each part, with the floor of the whole scan and the
-    weights of the fit. Raises ValueError where a part cannot be predicted.
+    by: what is left out in turn, as `certainty.hold_out.folds` takes it; settled: as `predictions` takes it.
+    `validated` holds the metrics over all left-out points, `by_fold` the metric of the weighting of each part, with the
+    floor of the whole scan and the weights of the fit. Raises ValueError where a part cannot be predicted.
     """
-    modelled, parts = predictions(problem, row.solution, by)
+    modelled, parts = predictions(problem, row.solution, by, settled)
     # not where the prediction is finite: every model answers for the same points
     rows = np.flatnonzero(np.logical_or.reduce([part for _, part in parts]))
     floor, left_out = floor_of(problem), problem.points.isel(direction=rows)

@@ -24,7 +24,9 @@ LOOKED_AT = 160  # points
 LOOK = Projection()
 RACE = Projection(searches=2)  # of the full fits that are compared; those at the front are then searched to the end
 SPREAD = 1.8  # times the least error: beyond it no model of the measured scans predicted best
-HOPE = 1.15  # times the least left-out error so far: a model whose first look is beyond it does not come below
+FIRST = 8  # models that are looked at before the others: those of most values, which come near to most scans
+TWICE = 2.0  # times the error that is hopeless: so far above, other starts do not help
+HOPE = 1.05  # times the least left-out error so far: a model whose first look is beyond it does not come below
 FEWEST, MOST = 4, 12  # models that are fitted in full
 SEED = 0
 OF_A_SET = 200  # points of each set that is taken of many
@@ -58,17 +60,18 @@ def sample_rows(points: xr.Dataset, wanted: int) -> npt.NDArray[np.intp]:
     return rows[spread_rows(len(rows), wanted)]
 
 
-def first_look(problem: Problem) -> float:
+def first_look(problem: Problem, least: float = math.inf) -> float:
     """The root of E of a quick fit of few points, for the values that the model has: an error for each degree of
     freedom.
 
-    Infinite where there are no more points than values, or where the fit has no finite error.
+    Infinite where there are no more points than values, or where the fit has no finite error. least: the error of the
+    best model so far, which says when a model needs no closer look.
     """
     few = problem.part(spread_rows(len(problem.measured), LOOKED_AT))
     freedom = len(few.measured) - len(few.names)
     if freedom < 1:
         return math.inf
-    cost = LOOK.glance(few) * len(few.measured) / freedom
+    cost = LOOK.glance(few, (TWICE * SPREAD * least) ** 2) * len(few.measured) / freedom
     return math.sqrt(cost) if math.isfinite(cost) else math.inf
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from gonio.comparison.assessment import Row, validate
 from gonio.comparison.race import HOPE, RACE
 from gonio.comparison.ranking import assessed
+from gonio.fitting.certainty.hold_out import SETTLED
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.problem import Problem
@@ -17,6 +18,7 @@ from gonio.fitting.search.projection import Projection
 from gonio.fitting.search.solver import Solver
 from gonio.processes import Crew
 
+ROUGHLY = 1e-4  # relative change of a cost that ends the validation of a model in the race
 FINALISTS = 2  # models that are fitted by all searches
 LOOKED, RAN = 0.3, 0.95  # of the time when every model was looked at, and when all were fitted
 
@@ -109,7 +111,9 @@ class Run:
 def _assessed(problem: Problem, solver: Solver | None, left_out: str, covariance: str, unless: float) -> Row:
     """A problem fitted, and validated where something is left out, unless the fit errs by more than what is given."""
     row = assessed(problem, solver, "", covariance)
-    return validate(problem, row, left_out) if left_out and _root(row, row.metrics) <= unless else row
+    if not left_out or _root(row, row.metrics) > unless:
+        return row
+    return validate(problem, row, left_out, ROUGHLY if solver == RACE else SETTLED)
 
 
 def _root(row: Row, metrics: Mapping[str, float]) -> float:

@@ -62,12 +62,13 @@ def _folds(points: xr.Dataset, by: str) -> Iterator[Fold]:
         )
 
 
-def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, list[Fold]]:
+def predictions(problem: Problem, solution: Solution, by: str, settled: float = SETTLED) -> tuple[Values, list[Fold]]:
     """BRDF (points,) by fits that did not see the point's fold, NaN where no fold holds it; and the folds.
 
     Each fit starts from the values found with all points: leaving a part out moves the minimum, it makes no new one.
     That start has seen the fold, but is no part of the result: the search ends at the minimum of the rest. Fits are
-    under the loss of the problem, and smooth parameters keep the strength that was found with all points.
+    under the loss of the problem, and smooth parameters keep the strength that was found with all points. settled: the
+    relative change of a cost that ends the search of each.
     Raises ValueError where a parameter has one value for each part that is left out, since no other point then
     determines it, and as `folds` does.
     """
@@ -79,7 +80,7 @@ def predictions(problem: Problem, solution: Solution, by: str) -> tuple[Values, 
     for name, fold in parts:
         _refuse_unseen(problem, name, fold)
         shown = problem.part(np.flatnonzero(~fold))
-        out[fold] = problem.brdf(settle(shown, vector, SETTLED, STEPS).vector)[fold]
+        out[fold] = problem.brdf(settle(shown, vector, settled, STEPS).vector)[fold]
     return out, parts
 
 

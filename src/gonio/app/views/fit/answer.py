@@ -71,9 +71,13 @@ def contradicted_lines(answer: "Answer") -> Iterator[Any]:
     if answer.contradicted:
         points = sum(len(one.rows) for one in answer.contradicted)
         yield strong(
-            f"{points} points are left out of every fit", ", as the scan contradicts them (--keep-all fits them):"
+            f"{_counted(points)} left out of every fit", ", as the scan contradicts them (--keep-all fits them):"
         )
-        yield from (f"- {one.words} ({len(one.rows)} points)" for one in answer.contradicted)
+        yield from (f"- {one.words} ({_counted(len(one.rows))})" for one in answer.contradicted)
+
+
+def _counted(points: int) -> str:
+    return f"{points} point{'s' * (points != 1)}"
 
 
 def ranking(answer: "Answer") -> "Table":

@@ -142,7 +142,8 @@ def lines(record: dict[str, Any], gamma: bool = False) -> Iterator[Any]:
         name = f" ({finding['name']})" if finding["name"] else ""
         yield f"{finding['severity']}: {finding['evidence']}: {finding['remedy']}{name}"
     for one in record["contradicted"]:
-        yield f"note: {one['words']}: a fit leaves {one['points']} point{'s' * (one['points'] != 1)} out, unless --keep-all is given"
+        points = f"{one['points']} point{'s' * (one['points'] != 1)}"
+        yield f"note: {one['words']}: a fit leaves {points} out, unless --keep-all is given"
     if not record["findings"] and not record["contradicted"]:
         yield "nothing wrong was found"
     yield from _lobe_lines(record)

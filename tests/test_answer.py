@@ -11,6 +11,7 @@ import gonio
 from gonio.app.answering import watched
 from gonio.comparison import answer as answering
 from gonio.comparison.answer import answer
+from gonio.comparison.assessment import assess
 from gonio.comparison.consistency import contradictions
 from gonio.comparison.race import sample_rows
 from gonio.comparison.runs import Asked, Watch
@@ -177,6 +178,17 @@ class TestAnswer:
     def test_a_problem_takes_no_second_model(self):
         with pytest.raises(ValueError, match="has its model and its options already"):
             gonio.fit(gonio.Problem(FEW[0], simulated()), "ggx")
+
+
+def test_below_the_noise_floor_a_logarithm_says_nothing():
+    """Measured values of a thousandth of the noise count as a tenth of the noise floor, and so do modelled ones."""
+    scan = flat([-0.01, 1e-5, 0.5, 1.0, 2.0])
+    problem = gonio.Problem(FEW[0], scan, weighting="relative", noise_floor=0.1)
+    row = assess(problem, gonio.fit(problem))
+    modelled = row.solution.brdf(problem.points)
+    positive = np.log10(modelled[1:] / np.maximum(scan["brdf"].values[1:], 0.01))
+    assert row.metrics["log10_rmse"] == pytest.approx(np.sqrt(np.mean(positive**2)))
+    assert row.judged.floor == pytest.approx(0.01)
 
 
 class TestVerdict:

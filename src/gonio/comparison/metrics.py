@@ -4,7 +4,8 @@ Every model of a scan is judged at the same points. A logarithm needs positive v
 measured as zero or below, for all models alike, and a model's value below a floor counts as the floor: one that is zero
 in the wings would otherwise be judged by the lobe alone, and one that is 1e-300 there by nothing else. The floor is a
 tenth of the least positive value measured. With the floor at that value itself, a model that predicts nothing would
-have no error where the wings are flat. `judged` says how many values each rule concerns.
+have no error where the wings are flat. Of a fit with a noise floor it is a tenth of that, where that is more: measured
+values below it are noise, and count as the floor too. `judged` says how many values each rule concerns.
 """
 
 import math

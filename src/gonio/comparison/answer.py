@@ -28,7 +28,7 @@ from gonio.comparison.ranking import assessed, for_model, longest_first, ordered
 from gonio.comparison.runs import LOOKED, Asked, Run, Watch
 from gonio.comparison.verdict import Verdict, verdict
 from gonio.fitting import fitting
-from gonio.fitting.certainty.hold_out import folds
+from gonio.fitting.certainty.hold_out import predictable
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.options import ProblemOptions
@@ -190,14 +190,9 @@ def _left_out(problems: Sequence[Problem], asked: str) -> str:
     points = problems[0].points
     if points.sizes["direction"] > VALIDATED:
         return ""
-    by_incidence = any("theta_i" in entry.by for problem in problems for entry in problem.free)
-    if len(np.unique(points["theta_i"].values)) >= FEWEST_ANGLES and not by_incidence:
-        return "theta_i"
-    try:
-        folds(points, BLOCKS)
-    except ValueError:
-        return ""
-    return BLOCKS
+    enough = len(np.unique(points["theta_i"].values)) >= FEWEST_ANGLES
+    ways = ("theta_i", BLOCKS) if enough else (BLOCKS,)
+    return next((by for by in ways if all(predictable(problem, by) for problem in problems)), "")
 
 
 def fit(

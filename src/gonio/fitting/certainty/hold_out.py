@@ -84,6 +84,16 @@ def predictions(problem: Problem, solution: Solution, by: str, settled: float = 
     return out, parts
 
 
+def predictable(problem: Problem, by: str) -> bool:
+    """Whether every part that is left out by `by` can be predicted from the others."""
+    try:
+        for name, fold in folds(problem.points, by):
+            _refuse_unseen(problem, name, fold)
+    except ValueError:
+        return False
+    return True
+
+
 def _refuse_unseen(problem: Problem, name: str, fold: npt.NDArray[np.bool_]) -> None:
     """ValueError where a fold holds every point of some group: the rest has no value for it."""
     for entry in problem.free:

@@ -15,7 +15,7 @@ from gonio.comparison.assessment import assess
 from gonio.comparison.consistency import contradictions
 from gonio.comparison.race import sample_rows
 from gonio.comparison.runs import Asked, Watch
-from gonio.comparison.verdict import Verdict, as_part, scatter
+from gonio.comparison.verdict import Verdict, as_part, scatter, verdict
 from gonio.fitting.objective.automatic import RELATIVE_ERROR, chosen
 from gonio.measured import dataset
 
@@ -65,7 +65,7 @@ class TestWeighting:
         assert "the 1 negative values" in choice.reason
 
     def test_repeats_show_the_noise_before_negative_values_do(self):
-        choice = chosen(flat([-0.002, 0.002, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], theta_r=[-50, -50, *range(8)]))
+        choice = chosen(flat([-0.002, 0.002, 0.01, 0.02, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0], theta_r=[-50, -50, *range(8)]))
         assert choice.noise_floor == pytest.approx(math.sqrt(2) * 0.002 / RELATIVE_ERROR, rel=1e-2)
         assert "repeats" in choice.reason
 
@@ -74,6 +74,11 @@ class TestWeighting:
         choice = chosen(flat([0.0, *values]))
         assert choice.weighting == "relative"
         assert choice.noise_floor == pytest.approx(np.quantile(values, 0.05), rel=1e-2)
+
+    def test_a_few_wrong_values_do_not_count_for_more_than_all_others(self):
+        """Negative ones of a millionth would have weights a million times those of the rest."""
+        choice = chosen(flat([-1e-9, *np.linspace(0.01, 1.0, 100)]))
+        assert choice.noise_floor == pytest.approx(0.0595, rel=1e-2)
 
     def test_a_floor_that_is_given_asks_for_relative_weighting(self):
         problem = gonio.Problem(FEW[0], flat([1e-3, 1.0]), weighting="auto", noise_floor=0.01)
@@ -204,6 +209,13 @@ class TestVerdict:
         from gonio.comparison.verdict import _grade
 
         assert _grade(error, own) == grade
+
+    def test_what_was_not_validated_is_not_called_good(self):
+        """Eight points are followed by a model of six values, which says nothing of others."""
+        row = answer(flat([0.10, 0.11]), FEW[:1]).best
+        found = verdict(row, flat([0.10, 0.11]))
+        assert found.typical_error < 0.1
+        assert found.grade == "fair"
 
     def test_words(self):
         fair = Verdict("gonio-best", "fair", 0.09, 0.14, 0.03)

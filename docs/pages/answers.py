@@ -39,7 +39,7 @@ steep: there the arm stands in the light, or the sample ends. gonio prints what 
 
 For `relative` the noise of small values is, from the first that the scan has: the median stated uncertainty of the smallest
 {automatic.SMALLEST:.0%} of the values, the scatter of repeats among them, or the rms of the negative values. The noise floor is where it is
-{automatic.RELATIVE_ERROR:.0%} of the value. Where all others are exactly zero, the floor is the value below which {automatic.RESOLVED:.0%} of the positive ones lie.
+{automatic.RELATIVE_ERROR:.0%} of the value, and at least the value below which {automatic.RESOLVED:.0%} of the positive ones lie.
 The choice and its reason are printed, and are in the JSON under `weighting`.
 
 ## 3 The models

@@ -55,7 +55,10 @@ def verdict(row: Row, points: xr.Dataset) -> Verdict:
     typical = as_part(metric, row.metrics[metric])
     left_out = as_part(metric, row.validated[metric]) if row.validated else math.nan
     own = scatter(points)
-    return Verdict(row.model.name, _grade(typical if math.isnan(left_out) else left_out, own), typical, left_out, own)
+    grade = _grade(typical if math.isnan(left_out) else left_out, own)
+    if math.isnan(left_out) and grade == "good":
+        grade = "fair"  # what predicts nothing that it was not shown is not known to be good
+    return Verdict(row.model.name, grade, typical, left_out, own)
 
 
 def as_part(metric: str, value: float) -> float:
@@ -70,7 +73,7 @@ def _grade(error: float, own: float) -> str:
         return "good"
     if error <= FAIR:
         return "fair"
-    return "poor" if error <= POOR else "none"
+    return "poor" if error < POOR else "none"
 
 
 def scatter(points: xr.Dataset) -> float:

@@ -11,9 +11,9 @@ alike wherever the values are more than noise. The choice, from the values in us
                   The constant noise is estimated, and the noise floor is where it equals the relative error expected.
 
 The constant noise c is, from the first of these that the scan has: the median stated uncertainty of the smallest
-values; the scatter of repeats of the smallest values; the rms of the negative values, which noise about zero makes.
-Where the others are exactly zero, the noise floor is the value below which a twentieth of the positive ones lie: a zero
-says that the value is small, and not how small.
+values; the scatter of repeats of the smallest values; the rms of the negative values, which noise about zero makes. The
+noise floor is at least the value below which a twentieth of the positive ones lie: a zero says that the value is small,
+and not how small, and a few values that are wrong must not count for more than all others.
 """
 
 import math
@@ -32,7 +32,7 @@ DECADES = 2.0  # between the least and the largest value: beyond it uniform weig
 NOISY = 1 / 3  # of a value: a standard uncertainty beyond which its logarithm says little (three standard deviations)
 FEW = 0.05  # of the values: so many noisy ones are let pass
 SMALLEST = 0.2  # the part of the values, the smallest by size, that shows the constant noise
-RESOLVED = 0.05  # the part of the positive values below the noise floor, where the others are zero
+RESOLVED = 0.05  # the part of the positive values that lie below every noise floor
 RELATIVE_ERROR = 0.1  # of a value: what a good model of a real surface misses (docs/real-surfaces.md)
 
 
@@ -69,6 +69,10 @@ def chosen(points: xr.Dataset) -> Choice:
 
 def _relative(points: xr.Dataset, values: Values, uncertainty: Values, reason: str) -> Choice:
     noise, source = _constant_noise(points, values, uncertainty)
+    least = float(np.quantile(values[values > 0], RESOLVED))
+    if noise < RELATIVE_ERROR * least:
+        words = f"the noise floor is the value below which {RESOLVED:.0%} of the positive ones lie"
+        return Choice("relative", float(f"{least:.3g}"), f"{reason}; {words}")
     floor = float(f"{noise / RELATIVE_ERROR:.3g}")
     return Choice(
         "relative", floor, f"{reason}; noise {noise:.2g} from {source}, equal to {RELATIVE_ERROR:.0%} at the floor"
@@ -87,7 +91,7 @@ def _constant_noise(points: xr.Dataset, values: Values, uncertainty: Values) -> 
     negative = values[values < 0]
     if negative.size:
         return float(np.sqrt(np.mean(negative**2))), f"the {negative.size} negative values"
-    return RELATIVE_ERROR * float(np.quantile(values[values > 0], RESOLVED)), "the smallest of the positive values"
+    return 0.0, ""
 
 
 def _scatter_of_repeats(points: xr.Dataset, values: Values, small: npt.NDArray[np.bool_]) -> float:

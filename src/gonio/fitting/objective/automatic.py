@@ -6,9 +6,8 @@ alike wherever the values are more than noise. The choice, from the values in us
 
     log           all positive. Every relative error counts alike, over all decades.
     uncertainty   all positive, no more than two decades, and a standard uncertainty stated for each value.
-    relative      some not positive, or many no larger than their stated uncertainty, so that a logarithm is noise
-    there.
-                  The constant noise is estimated, and the noise floor is where it equals the relative error expected.
+    relative      some not positive, or many no larger than their stated uncertainty: a logarithm is noise there. The
+                  constant noise is estimated, and the noise floor is where it equals the relative error expected.
 
 The constant noise c is, from the first of these that the scan has: the median stated uncertainty of the smallest
 values; the scatter of repeats of the smallest values; the rms of the negative values, which noise about zero makes. The

@@ -39,17 +39,22 @@ def create(path: Path, empty: xr.Dataset, coords: Mapping[Any, xr.DataArray], bl
 
     common = empty.drop_vars([n for n in empty.variables if set(empty[n].dims) & set(blocks.dims)])
     common.attrs = {k: _plain(v) for k, v in empty.attrs.items() if k not in OF_ONE_CALL}
-    common = common.assign_coords(coords)
-    for name in [str(n) for n, v in common.variables.items() if v.dtype.kind in "US" or _is_text(v)]:
-        texts = common[name].values.astype(np.dtypes.StringDType())  # the one type of texts that Zarr format 3 settled
-        common = common.assign({name: (common[name].dims, texts, common[name].attrs)})
+    common = with_settled_texts(common.assign_coords(coords))
     # The coordinates bring the encodings (chunks, compressors) of the stack's own store, which need not suit this one.
     common.drop_encoding().to_zarr(path, mode="w", zarr_format=3, consolidated=False)
     group = zarr.open_group(path, mode="r+")
     for name in [str(n) for n in empty.data_vars if is_per_lane(empty[n], blocks)]:
         _create_array(group, name, empty[name], blocks)
     group.create_group(FOLDER, attributes={"begun": now(), "run": run})
-    _consolidate(path)
+    consolidate(path)
+
+
+def with_settled_texts(data: xr.Dataset) -> xr.Dataset:
+    """The same with all texts in the one type of texts that Zarr format 3 has settled."""
+    for name in [str(n) for n, v in data.variables.items() if v.dtype.kind in "US" or _is_text(v)]:
+        texts = data[name].values.astype(np.dtypes.StringDType())
+        data = data.assign({name: (data[name].dims, texts, data[name].attrs)})
+    return data
 
 
 def _is_text(variable: xr.Variable) -> bool:
@@ -91,7 +96,7 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _consolidate(path: Path) -> None:
+def consolidate(path: Path) -> None:
     """Copy the metadata of all arrays into the group's own file, from which a store is opened by one read."""
     import warnings
 

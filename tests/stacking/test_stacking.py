@@ -124,7 +124,7 @@ def test_what_a_folder_holds_beside_scans_is_left_out_with_a_word(folder, tmp_pa
     [
         ({"theta_r": [-60.0, -20, 20, 40, 61]}, "b.csv: has theta_i 10 deg, theta_r 61 deg, phi 180 deg, and "),
         ({"theta_r": [-60.0, -20, 20, 40]}, "b.csv: lacks theta_i 10 deg, theta_r 60 deg, phi 180 deg of "),
-        ({"theta_r": [-60.0, -20, 20, 40]}, "(8 directions, and 10 there): --resample takes all scans"),
+        ({"theta_r": [-60.0, -20, 20, 40]}, "(8 directions, and 10 there): gonio stack --resample takes all scans"),
         ({"theta_i": [10.0, 31.0]}, "b.csv: has theta_i 31 deg, theta_r 60 deg, phi 0 deg, and "),
         ({"wavelength": 650.0}, "b.csv: it says a wavelength, and "),
     ],

@@ -83,6 +83,9 @@ def _read(path: Path, variable: xr.Variable) -> xr.Variable:
             warnings.simplefilter("ignore")
             loaded = variable.load()
             texts = loaded.attrs.get(NAMES)
+            if texts is None and loaded.dtype.kind in "OT":  # as Zarr gives texts of any length
+                values = np.array(loaded.values.ravel().tolist(), dtype=str).reshape(loaded.shape)
+                return xr.Variable(loaded.dims, values, loaded.attrs)
             if texts is None:
                 return loaded
             attrs = {k: v for k, v in loaded.attrs.items() if k != NAMES}

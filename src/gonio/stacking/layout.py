@@ -22,10 +22,10 @@ Values = npt.NDArray[np.float64]
 LANED = ("brdf", "uncertainty")  # what each scan has of its own in a stack; masked values are gaps there
 WAVELENGTH_STEP = 1e-3  # nm; a format in single precision keeps a wavelength to a tenth of this
 OTHER_DIRECTIONS = (
-    "--resample takes all scans at the directions of the first, --onto FILE at those of a file, between measured ones "
-    "by interpolation"
+    "gonio stack --resample takes all scans at the directions of the first, --onto FILE at those of a file, between "
+    "measured ones by interpolation"
 )
-OTHER_SETS = "choose what all have by --select, or make a stack of each kind"
+OTHER_SETS = "choose what all have by gonio stack --select, or make a stack of each kind"
 
 
 @dataclass(frozen=True)

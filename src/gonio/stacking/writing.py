@@ -88,5 +88,8 @@ class Writer:
 
 
 def left_out(scan: xr.Dataset) -> set[str]:
-    """The variables of a scan that a stack has no place for; a mask is not one of them, as its values become gaps."""
-    return {str(n) for n in scan.data_vars if n not in (*LANED, "mask")}
+    """The variables of a scan that a stack has no place for.
+
+    A mask is not one of them, as its values become gaps, and lines of the file are no measurement.
+    """
+    return {str(n) for n in scan.data_vars if n not in (*LANED, "mask", "line")}

@@ -1,5 +1,6 @@
 """`gonio fit-stack`: one model fitted to every scan of a stack, on all cores or on a cluster."""
 
+import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -151,4 +152,5 @@ def _where(cluster: Any) -> str:
     who = f"{len(threads)} worker{'s' * (len(threads) != 1)}" + (" on this machine" if cluster.is_local else "")
     if cluster.dashboard:
         return f"{who}; dashboard at {cluster.dashboard}"
-    return f"{who}; no dashboard, which needs bokeh: pip install 'gonio[cluster]'"
+    logging.getLogger(__name__).info("no dashboard, which needs bokeh: pip install 'gonio[cluster]'")
+    return who

@@ -34,4 +34,4 @@ def lines(done: Stacked) -> Iterator[str]:
     head = f"{len(done.names)} scans of {done.directions} values [{unit_label(done.unit)}]: "
     yield shortened(head, done.names, "", most=160)
     yield from done.notes[1:]
-    yield f"wrote {done.path}; fit it by gonio fit-stack {done.path} --model MODEL --out FITS.zarr"
+    yield f"wrote {done.path}; gonio fit-stack {done.path} --model MODEL --out FITS.zarr fits it"

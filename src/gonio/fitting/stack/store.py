@@ -9,7 +9,7 @@ is `not_fitted_yet`. Which blocks are written is in the manifest.
 """
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,12 @@ import numpy as np
 import xarray as xr
 
 from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now
+from gonio.fitting.status import MINIMA
 from gonio.processes.portable import synchronise
 
 OF_ONE_CALL = ("seconds",)  # attributes of one call of `fit_many`, which do not hold for the whole store
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written
+REACHED = tuple(status.name.lower() for status in MINIMA)  # statuses of lanes that have a result
 
 
 def is_per_lane(variable: xr.DataArray, blocks: BlockGrid) -> bool:
@@ -157,10 +159,38 @@ def statuses(result: xr.Dataset) -> dict[str, int]:
     """How many lanes of a result have each status, by the name of the status; empty where it has no status."""
     if "status" not in result:
         return {}
-    attrs = result["status"].attrs
-    names = dict(zip(np.asarray(attrs["flag_values"]).tolist(), str(attrs["flag_meanings"]).split(), strict=True))
+    names = _status_names(result["status"].attrs)
     values, counts = np.unique(result["status"].values, return_counts=True)
     return {names[v]: n for v, n in zip(values.tolist(), counts.tolist(), strict=True)}
+
+
+def failed(path: Path, blocks: BlockGrid, some: Iterable[int], most: int) -> list[dict[str, Any]]:
+    """The first lanes of some blocks, `most` at most, whose search reached no minimum: `at` (by dimension), `status`.
+
+    The blocks must be written. A dimension without a coordinate gives its index in the stack.
+    """
+    import zarr
+
+    found: list[dict[str, Any]] = []
+    stored = xr.open_dataset(path, engine="zarr", chunks=None, consolidated=False, decode_times=False)
+    group = zarr.open_group(path, mode="r", use_consolidated=False)
+    for block in some:
+        region = blocks.region(block)
+        array: Any = group["status"]
+        values = array[tuple(region.values())]
+        names = _status_names(array.attrs)
+        for place in np.argwhere(~np.isin(values, [v for v, name in names.items() if name in REACHED])):
+            at = {dim: part.start + int(k) for (dim, part), k in zip(region.items(), place, strict=True)}
+            named = {dim: _plain(stored[dim].values[k]) if dim in stored.coords else k for dim, k in at.items()}
+            found.append({"at": named, "status": names[int(values[tuple(place)])]})
+            if len(found) == most:
+                return found
+    return found
+
+
+def _status_names(attrs: Mapping[str, Any]) -> dict[int, str]:
+    """The names of the statuses by their numbers."""
+    return dict(zip(np.asarray(attrs["flag_values"]).tolist(), str(attrs["flag_meanings"]).split(), strict=True))
 
 
 def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) -> dict[str, Any] | None:
@@ -176,7 +206,7 @@ def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) ->
     place = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(cost), cost, np.nan))), cost.shape)
     at = {}
     for (dim, part), k in zip(region.items(), place, strict=True):
-        at[dim] = stack[dim].values[k].item() if dim in stack.coords else part.start + int(k)
+        at[dim] = _plain(stack[dim].values[k]) if dim in stack.coords else part.start + int(k)
     lane = result.isel({dim: [int(k)] for dim, k in zip(region, place, strict=True)})
     return {
         # The record is written as JSON, so anything but numbers and texts becomes text.

@@ -287,3 +287,42 @@ def test_the_example_of_the_page_runs(run, tmp_path, here, monkeypatch):
     exec("\n".join(shown[:-1]), names)
     assert eval(shown[-1], names) == pytest.approx(0.5, rel=1e-9)  # data without noise and one linear weight
     assert names["fits"]["sample"].values.tolist() == ["wafer1", "wafer2", "wafer10"]
+
+
+def fitted(folder, *more):
+    return ("fit-stack", folder, "--model", "lambert", "--out", folder.with_name("out.zarr"), "--block", 2, *more)
+
+
+def test_a_folder_is_fitted_at_once_and_taken_up_again(run, folder, here):
+    """The stack is made beside the results, and again only where a file has changed."""
+    made = folder.with_name("out-stack.zarr")
+    code, out, err = run(*fitted(folder))
+    assert code == 0, err
+    assert f"made the stack {made} of 4 scans, as gonio stack does" in err
+    assert [str(name) for name in xr.open_zarr(folder.with_name("out.zarr"))["sample"].values][2:] == [
+        "wafer3",
+        "wafer10",
+    ]
+    code, out, err = run(*fitted(folder))
+    assert code == 0, err
+    assert f"the stack {made} was made of these files before" in err
+    assert "nothing to do" in out
+    changed = folder / "wafer1.csv"
+    changed.write_text(changed.read_text().replace("0.1", "0.15"))
+    code, out, err = run(*fitted(folder))
+    assert (code, out) == (1, "")
+    assert f"{made} exists" in err
+    assert "--force" in err
+    code, _, err = run(*fitted(folder, "--force"))
+    assert code == 0, err
+    assert f"made the stack {made}" in err
+
+
+def test_several_files_are_fitted_and_one_is_no_stack(run, folder, here):
+    one, two = folder / "wafer1.csv", folder / "wafer2.csv"
+    code, out, err = run("fit-stack", one, "--model", "lambert", "--out", folder.with_name("out.zarr"))
+    assert (code, out) == (1, "")
+    assert "make one by gonio stack FILES --out STACK.zarr, or take gonio fit for one scan" in err
+    code, out, err = run("fit-stack", two, one, "--model", "lambert", "--out", folder.with_name("out.zarr"))
+    assert code == 0, err
+    assert [str(name) for name in xr.open_zarr(folder.with_name("out.zarr"))["sample"].values] == ["wafer2", "wafer1"]

@@ -7,6 +7,5 @@ print(done.names, done.notes)
 """
 
 from gonio.stacking.build import Stacked, stack
-from gonio.stacking.onto import Onto
 
-__all__ = ["Onto", "Stacked", "stack"]
+__all__ = ["Stacked", "stack"]

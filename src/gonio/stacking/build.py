@@ -16,6 +16,7 @@ from gonio.outside import shortened
 from gonio.stacking.layout import Layout
 from gonio.stacking.members import Member, members, names
 from gonio.stacking.onto import Onto
+from gonio.stacking.reuse import MADE_OF, digest
 from gonio.stacking.writing import Writer, left_out
 
 Read = Callable[[Path], xr.Dataset]
@@ -75,7 +76,8 @@ def stack(
         for k, member in enumerate(found):
             progress(k / len(found), member.path.name)
             work.add(member)
-        return work.finish(out)
+        as_they_are = onto is None and not resample and read is read_any
+        return work.finish(out, {MADE_OF: digest(found)} if as_they_are else {})
 
 
 def _onto(path: Path, read: Read) -> Onto:
@@ -153,13 +155,13 @@ class _Work:
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
 
-    def finish(self, out: Path) -> Stacked:
-        """The store complete, and what came of it."""
+    def finish(self, out: Path, attrs: dict[str, str]) -> Stacked:
+        """The store complete with these attributes, and what came of it."""
         if self.writer is None:
             first = self.skipped[0]
             raise FormatError(first.path.parent, f"is a folder without a scan that can be read: {first}")
         of, notes = names(self.paths), self._notes()
-        self.writer.finish(of, {**self.attrs, "history": "\n".join(notes)})
+        self.writer.finish(of, {**self.attrs, **attrs, "history": "\n".join(notes)})
         layout = self.writer.layout
         return Stacked(out, of, layout.points, layout.unit, notes, self.skipped)
 

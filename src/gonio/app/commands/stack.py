@@ -8,7 +8,7 @@ import typer
 
 from gonio.app.help_page import Example
 from gonio.app.options import NO_PIPES, OutputOptions, ScanOptions
-from gonio.app.output import progress_bar, warn
+from gonio.app.output import progress_bar
 from gonio.app.views import stacked as view
 from gonio.files import refuse_existing
 from gonio.options import Option, Panel
@@ -68,6 +68,5 @@ def command(
             force=output.force,
             progress=bar,
         )
-    for error in done.skipped[: view.MOST_SKIPPED]:
-        warn(error.path, f"left out: {view.reason(error)}")
+    view.warn_of_skipped(done)
     output.show(view.record(done), view.lines(done))

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from gonio.app.output import warn
 from gonio.files import FormatError
 from gonio.outside import shortened
 from gonio.stacking import Stacked
@@ -14,6 +15,12 @@ MOST_SKIPPED = 5  # files of a folder that are named with the reason why they ar
 def reason(error: FormatError) -> str:
     """Why a file is no scan, without its name."""
     return f"{error.where}: {error.what}" if error.where else error.what
+
+
+def warn_of_skipped(done: Stacked) -> None:
+    """Say on standard error which files of a folder are no scans, the first of them with the reason."""
+    for error in done.skipped[:MOST_SKIPPED]:
+        warn(error.path, f"left out: {reason(error)}")
 
 
 def record(done: Stacked) -> dict[str, Any]:

@@ -13,7 +13,8 @@ from gonio.app import talk
 from gonio.app.help_page import Example
 from gonio.app.options import ModelName, OutputOptions
 from gonio.app.output import progress_bar
-from gonio.app.views import stack_report, stacked
+from gonio.app.views.stacks import fitted as view_of_fits
+from gonio.app.views.stacks import made as view_of_stack
 from gonio.files import refuse_existing
 from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 from gonio.fitting.objective.options import ProblemOptions
@@ -130,8 +131,8 @@ def command(
     asked = StackFit(catalogue[model], scans, out, fits.each, problem, settings, cluster.block)
     run = prepare(asked, output.force)
     seconds = _fitted(run, cluster, output.force) if run.todo else 0.0
-    record = stack_report.record(run, scans, out, seconds)
-    output.show(record, stack_report.lines(record))
+    record = view_of_fits.record(run, scans, out, seconds)
+    output.show(record, view_of_fits.lines(record))
 
 
 def _one_stack(given: list[Path], out: Path, force: bool) -> Path:
@@ -145,7 +146,7 @@ def _one_stack(given: list[Path], out: Path, force: bool) -> Path:
         return made
     with progress_bar("stacking") as bar:
         done = make_stack(given, made, force=force, progress=bar)
-    stacked.warn_of_skipped(done)
+    view_of_stack.warn_of_skipped(done)
     for line in (f"made the stack {made} of {len(done.names)} scans, as gonio stack does", *done.notes[1:]):
         talk.tell(line)
     return made

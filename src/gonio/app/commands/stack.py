@@ -9,7 +9,7 @@ import typer
 from gonio.app.help_page import Example
 from gonio.app.options import NO_PIPES, OutputOptions, ScanOptions
 from gonio.app.output import progress_bar
-from gonio.app.views import stacked as view
+from gonio.app.views.stacks import made as view
 from gonio.files import refuse_existing
 from gonio.options import Option, Panel
 from gonio.stacking import stack as make_stack

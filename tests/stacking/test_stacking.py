@@ -1,13 +1,18 @@
 """Files made into a stack: names, order, what must be alike, and what is told of the rest."""
 
+import os
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import catalogue, join, read, simulate, write
+from gonio import Problem, catalogue, convert, join, read, simulate, write
 from gonio.files import FormatError
+from gonio.fitting import fit
 from gonio.measured.masking import mask
+from gonio.measured.stack import lane_dims
 from gonio.measured.stack_store import open_stack
+from gonio.resampling.resample import Filling
 from gonio.stacking import stack, writing
 from gonio.stacking.members import natural
 
@@ -256,3 +261,29 @@ def test_progress_names_the_file(folder, tmp_path):
     stack([folder], tmp_path / "stack.zarr", progress=lambda fraction, name: told.append((fraction, name)))
     assert told[0] == (0.0, "s1.csv")
     assert told[-1] == (10 / 11, "s11.csv")
+
+
+def test_names_that_no_text_can_hold_become_escapes(tmp_path):
+    """A name with a byte that is no UTF-8, and one with a line feed."""
+    for name in (os.fsdecode(b"a\xff.csv"), "b\nc.csv"):
+        put(tmp_path / "plain.csv").rename(tmp_path / name)
+    told = []
+    stack([tmp_path], tmp_path.with_name(f"{tmp_path.name}.zarr"), progress=lambda _, name: told.append(name))
+    found = open_stack(tmp_path.with_name(f"{tmp_path.name}.zarr"))
+    assert found["sample"].values.tolist() == ["a\\udcff", "b\\nc"]
+    assert told == ["a\\udcff.csv", "b\\nc.csv"]
+    assert found.attrs["history"].splitlines()[0] == "stacked 2 scans: a\\udcff.csv, b\\nc.csv"
+
+
+def test_dense_scans_stay_on_their_grid(tmp_path):
+    """Two files of Zemax, and what a stack has no place for."""
+    for k in (1, 2):
+        one = scan(k / 10, np.arange(-85, 86, 5.0), np.arange(0, 90, 15.0))
+        fitted = fit(Problem(LAMBERT, one))
+        convert(one, tmp_path / f"c{k}.bsdf", to="zemax", filling=Filling((), fitted.predict, "lambert"))
+    done = stack([tmp_path / "c1.bsdf", tmp_path / "c2.bsdf"], tmp_path / "stack.zarr")
+    found, second = open_stack(tmp_path / "stack.zarr"), read(tmp_path / "c2.bsdf")
+    assert found["brdf"].dims == ("sample", *second["brdf"].dims)
+    np.testing.assert_array_equal(found["brdf"].values[1], second["brdf"].values)
+    assert lane_dims(found) == ("sample",)
+    assert "variables left out: tis" in done.notes

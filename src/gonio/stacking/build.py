@@ -12,7 +12,7 @@ from gonio.files import FormatError, refuse_overlap, replacing
 from gonio.formats import read as read_any
 from gonio.measured.stack import foreign_dims
 from gonio.measured.stack_store import is_store, open_stack
-from gonio.outside import shortened
+from gonio.outside import printable, shortened
 from gonio.stacking.layout import Layout
 from gonio.stacking.members import Member, members, names
 from gonio.stacking.onto import Onto
@@ -74,7 +74,7 @@ def stack(
         temporary.unlink()  # `replacing` makes an empty file, and a store is a folder
         work = _Work(temporary, len(found), read, resample, None if onto is None else _onto(Path(onto), read))
         for k, member in enumerate(found):
-            progress(k / len(found), member.path.name)
+            progress(k / len(found), printable(member.path.name))
             work.add(member)
         as_they_are = onto is None and not resample and read is read_any
         return work.finish(out, {MADE_OF: digest(found)} if as_they_are else {})
@@ -181,4 +181,4 @@ class _Work:
         if self.skipped:
             files = shortened("", [error.path.name for error in self.skipped], "")
             notes.append(f"no scans, and left out: {len(self.skipped)} of {self.most} files ({files})")
-        return notes
+        return [printable(note) for note in notes]  # names of files may hold what no text of a store can

@@ -45,6 +45,7 @@ _BELOW = {
     "profile": "gonio.fitting.certainty.profile",
     "reduce": "gonio.measured.reduction",
     "solution_of": "gonio.fitting",
+    "stack": "gonio.stacking",
     "validate": "gonio.comparison",
 }
 

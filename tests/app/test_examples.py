@@ -47,6 +47,9 @@ def files(tmp_path_factory):
         write(painted(10 * seed), folder / f"{name}.csv")
     for seed, name in enumerate(("one", "two")):
         write(painted(100 + seed, sets=(650.0,)), folder / f"{name}.csv")
+    (folder / "wafers").mkdir()
+    for k in (1, 2, 10):
+        write(painted(300 + k, sets=(650.0,)), folder / "wafers" / f"wafer{k}.csv")
     write(painted(200, sets=(650.0,), rho_s=0.0, rho_d=0.001), folder / "blank.csv")
     smooth = fit(Problem(catalogue["lambert"], scan))
     convert(scan, folder / "coating.bsdf", to="zemax", filling=Filling(SYMMETRIES, smooth.predict, "lambert"))

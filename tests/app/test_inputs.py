@@ -22,6 +22,8 @@ READING = {
     "plot": ("plot", "{}", "--models", "lambert", "--out", "{folder}/x.png"),
     "check": ("check", "{}"),
     "fit-stack": ("fit-stack", "{}", "--model", "lambert", "--out", "{folder}/o.zarr"),
+    "stack": ("stack", "{}", "--out", "{folder}/s.zarr"),
+    "stack onto": ("stack", "{good}", "--out", "{folder}/s.zarr", "--onto", "{}"),
     "convert": ("convert", "{}", "{folder}/o.nc"),
     "onto": ("convert", "{good}", "{folder}/o.nc", "--onto", "{}"),
     "diff": ("diff", "{good}", "{}"),

@@ -3,14 +3,16 @@
 import errno
 import json
 from contextlib import contextmanager
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import Problem, catalogue
+from gonio import Problem, catalogue, simulate, write
 from gonio.fitting import fit
+from places import ROOT
 from stacks import put, write_stack
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -54,8 +56,7 @@ def test_a_stack_is_fitted_by_processes_and_told_of(run, stack, monkeypatch):
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(stack.with_name("compiled")))
     code, out, err = run(*command(stack, "--workers", 1, "--json", stack.with_name("fit.json")))
     assert code == 0, err
-    assert "1 worker on this machine; " in err
-    assert "dashboard" in err
+    assert "1 worker on this machine" in err
     assert max(map(len, out.splitlines())) <= 80
     record = json.loads(stack.with_name("fit.json").read_text())
     assert record["scans"] == 6
@@ -88,6 +89,7 @@ def test_a_run_goes_on_and_says_so(run, stack, here):
     assert code == 0, err
     assert "nothing to do: 3 of 3 blocks are there" in out
     assert "converged" in out
+    assert "weighting uniform in every fit; auto and log are for single scans (gonio fit)" in out
     (stack.with_name("out.zarr") / "manifest" / "0000001.json").unlink()
     code, out, err = run(*command(stack))
     assert code == 0, err
@@ -165,7 +167,7 @@ def test_the_record_goes_to_standard_output(run, stack, here):
     assert json.loads(out)["blocks"] == 3
 
 
-def test_without_bokeh_a_word_says_how_to_see_the_dashboard(run, stack, here, monkeypatch):
+def test_without_bokeh_verbose_says_how_to_see_the_dashboard(run, stack, here, monkeypatch):
     from gonio.fitting.stack import cluster as clusters
 
     @contextmanager
@@ -175,7 +177,9 @@ def test_without_bokeh_a_word_says_how_to_see_the_dashboard(run, stack, here, mo
 
     monkeypatch.setattr(clusters, "connected", connected)
     _, _, err = run(*command(stack))
-    assert "2 workers; no dashboard, which needs bokeh: pip install 'gonio[cluster]'" in err
+    assert err == "2 workers\n"
+    _, _, err = run(*command(stack, "--force", "--verbose"))
+    assert err.count("no dashboard, which needs bokeh: pip install 'gonio[cluster]'") == 1
 
 
 def test_help_fits_a_terminal_and_loads_no_numerics(run):
@@ -196,3 +200,129 @@ def test_a_full_disk_is_told_with_the_name_of_the_store(run, here, stack, monkey
     assert code == 1
     assert f"No space left on device: '{stack.with_name('out.zarr')}'" in err
     assert ".gonio" not in err
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder of scans, of which one holds a zero, which relative weighting gives no weight."""
+    (tmp_path / "csv").mkdir()
+    rows = [f"{i},{r}" for i in (10, 30) for r in (-40, 0, 40)]
+    for k in (1, 2, 3, 10):
+        lines = [f"{row},0.{k}" for row in rows]
+        if k == 3:
+            lines[-1] = f"{rows[-1]},0"
+        (tmp_path / "csv" / f"wafer{k}.csv").write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n" + "\n".join(lines) + "\n")
+    return tmp_path / "csv"
+
+
+def test_a_folder_is_stacked_by_one_command_and_fitted_by_another(run, folder, here):
+    """F42 of the cases: names come back with the results, and those of fits that failed in the summary."""
+    made = folder.with_name("stack.zarr")
+    code, out, err = run("stack", folder, "--out", made)
+    assert (code, err) == (0, "")
+    assert "4 scans of 6 values [sr⁻¹]: wafer1, wafer2, wafer3, wafer10" in out
+    code, out, err = run(*command(made, "--weighting", "relative", "--json", made.with_name("fit.json")))
+    assert code == 0, err
+    found = xr.open_zarr(made.with_name("out.zarr"))
+    assert [str(name) for name in found["sample"].values] == ["wafer1", "wafer2", "wafer3", "wafer10"]
+    values = found["value"].sel(parameter="rho").load()
+    np.testing.assert_allclose(values.sel(sample="wafer10"), 0.10 * np.pi, rtol=1e-12)
+    assert np.isnan(values.sel(sample="wafer3"))
+    assert "failed: 1 scan: wafer3 (not weighed)" in out
+    assert "weighting relative in every fit; auto and log are for single scans (gonio fit)" in out
+    record = json.loads(made.with_name("fit.json").read_text())
+    assert record["failed"] == {"scans": 1, "first": [{"at": {"sample": "wafer3"}, "status": "not_weighed"}]}
+    assert record["weighting"] == "relative"
+
+
+def test_of_many_failures_the_first_are_named(run, tmp_path, here):
+    scans = write_stack(tmp_path / "stack.zarr", {"sample": 9})
+    scans["brdf"].values[2:] = np.nan
+    put(scans, tmp_path / "stack.zarr")
+    code, out, err = run(*command(tmp_path / "stack.zarr"))
+    assert code == 0, err
+    words = " ".join(out.split())
+    named = ", ".join(f"{10 * k} (no points)" for k in range(2, 7))
+    assert f"failed: 7 scans: {named}, and 2 more" in words
+
+
+def test_a_stack_tells_of_what_it_leaves_out(run, folder):
+    (folder / "photo.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    code, out, err = run("stack", folder, "--out", folder.with_name("s.zarr"), "--json", folder.with_name("s.json"))
+    assert code == 0
+    assert err.startswith(f"gonio: {folder / 'photo.png'}: left out: byte 0: is a PNG picture")
+    assert "no scans, and left out: 1 of 5 files (photo.png)" in out
+    record = json.loads(folder.with_name("s.json").read_text())
+    assert record["names"] == ["wafer1", "wafer2", "wafer3", "wafer10"]
+    assert list(record["left_out"]) == [str(folder / "photo.png")]
+
+
+def test_other_directions_in_a_stack_are_one_line(run, folder):
+    (folder / "wafer4.csv").write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n10,0,1\n10,20,1\n30,0,1\n")
+    code, out, err = run("stack", folder, "--out", folder.with_name("s.zarr"))
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "wafer10.csv" not in err
+    assert "wafer4.csv: has theta_i 10 deg, theta_r 20 deg" in err
+    assert "--resample" in err
+    code, out, err = run("stack", folder, "--out", folder.with_name("s.zarr"), "--resample", "--divide", "2")
+    assert code == 0, err
+    assert "rms error" in " ".join(out.split())
+
+
+def test_the_example_of_the_page_runs(run, tmp_path, here, monkeypatch):
+    """docs/many.md: a folder becomes a stack by one command and is fitted by another."""
+    page = (ROOT / "docs" / "many.md").read_text(encoding="utf-8")
+    section = page.partition("## A folder of files\n")[2].partition("\n## ")[0]
+    lines = [line.strip() for line in section.splitlines() if line.startswith("    gonio ")]
+    assert [line.split()[1] for line in lines] == ["stack", "fit-stack"]
+    monkeypatch.chdir(tmp_path)
+    Path("wafers").mkdir()
+    for k in (1, 2, 10):
+        write(simulate(catalogue["lambert"], {"rho": k / 20}, [10.0, 40], [-40.0, 0, 40]), f"wafers/wafer{k}.csv")
+    for line in lines:
+        code, _, err = run(*line.split()[1:])
+        assert code == 0, err
+    names = {}
+    shown = [line.partition(">>> ")[2] for line in section.splitlines() if ">>> " in line]
+    exec("\n".join(shown[:-1]), names)
+    assert eval(shown[-1], names) == pytest.approx(0.5, rel=1e-9)  # data without noise and one linear weight
+    assert names["fits"]["sample"].values.tolist() == ["wafer1", "wafer2", "wafer10"]
+
+
+def fitted(folder, *more):
+    return ("fit-stack", folder, "--model", "lambert", "--out", folder.with_name("out.zarr"), "--block", 2, *more)
+
+
+def test_a_folder_is_fitted_at_once_and_taken_up_again(run, folder, here):
+    """The stack is made beside the results, and again only where a file has changed."""
+    made = folder.with_name("out-stack.zarr")
+    code, out, err = run(*fitted(folder))
+    assert code == 0, err
+    assert f"made the stack {made} of 4 scans, as gonio stack does" in err
+    assert [str(name) for name in xr.open_zarr(folder.with_name("out.zarr"))["sample"].values][2:] == [
+        "wafer3",
+        "wafer10",
+    ]
+    code, out, err = run(*fitted(folder))
+    assert code == 0, err
+    assert f"the stack {made} was made of these files before" in err
+    assert "nothing to do" in out
+    changed = folder / "wafer1.csv"
+    changed.write_text(changed.read_text().replace("0.1", "0.15"))
+    code, out, err = run(*fitted(folder))
+    assert (code, out) == (1, "")
+    assert f"{made} exists" in err
+    assert "--force" in err
+    code, _, err = run(*fitted(folder, "--force"))
+    assert code == 0, err
+    assert f"made the stack {made}" in err
+
+
+def test_several_files_are_fitted_and_one_is_no_stack(run, folder, here):
+    one, two = folder / "wafer1.csv", folder / "wafer2.csv"
+    code, out, err = run("fit-stack", one, "--model", "lambert", "--out", folder.with_name("out.zarr"))
+    assert (code, out) == (1, "")
+    assert "make one by gonio stack FILES --out STACK.zarr, or take gonio fit for one scan" in err
+    code, out, err = run("fit-stack", two, one, "--model", "lambert", "--out", folder.with_name("out.zarr"))
+    assert code == 0, err
+    assert [str(name) for name in xr.open_zarr(folder.with_name("out.zarr"))["sample"].values] == ["wafer2", "wafer1"]

@@ -77,7 +77,7 @@ def _head(path: Path) -> bytes:
     """The first bytes of a file; for a directory the sorted names in it, one a line, each after a slash."""
     if path.is_dir():
         names = sorted(entry.name for entry in path.iterdir())
-        head = "".join(f"/{name}\n" for name in names).encode()[:HEAD]
+        head = "".join(f"/{name}\n" for name in names).encode("utf-8", "surrogateescape")[:HEAD]
         if any(f.recognises(head) for f in formats().values() if f.rank < LAST):
             return head
         raise FormatError(path, "is a directory: name a file in it")

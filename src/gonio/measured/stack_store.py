@@ -33,7 +33,7 @@ def open_stack(path: str | Path) -> xr.Dataset:
     if any((path / name).is_file() for name in FORMAT_2) and not (path / METADATA).is_file():
         raise FormatError(path, "is a store of Zarr format 2: save it in format 3", f"{FORMAT_2[0]}, byte 0")
     if not (path / METADATA).is_file():
-        what = "is no Zarr store: save the stack by xarray's to_zarr, or take gonio fit for one scan"
+        what = "is no Zarr store: make one by gonio stack FILES --out STACK.zarr, or take gonio fit for one scan"
         raise FormatError(path, what, "byte 0")
     if (path / RESULTS).is_dir():
         raise FormatError(path, "holds what gonio fit-stack wrote, and no stack of scans", f"{METADATA}, line 1")
@@ -83,6 +83,9 @@ def _read(path: Path, variable: xr.Variable) -> xr.Variable:
             warnings.simplefilter("ignore")
             loaded = variable.load()
             texts = loaded.attrs.get(NAMES)
+            if texts is None and loaded.dtype.kind in "OT":  # as Zarr gives texts of any length
+                values = np.array(loaded.values.ravel().tolist(), dtype=str).reshape(loaded.shape)
+                return xr.Variable(loaded.dims, values, loaded.attrs)
             if texts is None:
                 return loaded
             attrs = {k: v for k, v in loaded.attrs.items() if k != NAMES}

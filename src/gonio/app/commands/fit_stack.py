@@ -1,5 +1,6 @@
 """`gonio fit-stack`: one model fitted to every scan of a stack, on all cores or on a cluster."""
 
+import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +13,20 @@ from gonio.app import talk
 from gonio.app.help_page import Example
 from gonio.app.options import ModelName, OutputOptions
 from gonio.app.output import progress_bar
-from gonio.app.views import stack_report
+from gonio.app.views.stacks import fitted as view_of_fits
+from gonio.app.views.stacks import made as view_of_stack
 from gonio.files import refuse_existing
 from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.projection import FOR_MANY
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.fitting.stack.lock import refuse_held
+from gonio.fitting.stack.manifest import Manifest
 from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
 from gonio.options import Option, Panel, one_of
 from gonio.processes.ending import last_words
+from gonio.stacking import stack as make_stack
+from gonio.stacking.reuse import is_folder_of_files, is_made_of
 
 if TYPE_CHECKING:
     from gonio.fitting.stack.run import Run
@@ -30,6 +36,7 @@ EXAMPLES = (
         "gonio fit-stack stack.zarr --model lambert --out fits.zarr",
         "Fit every scan; the same line goes on after a crash",
     ),
+    Example("gonio fit-stack wafers --model lambert --out fits.zarr", "Make a stack of a folder of scans, and fit it"),
     Example(
         "gonio fit-stack stack.zarr --model lambert --out f.zarr --precision float32",
         "In single precision",
@@ -86,8 +93,12 @@ class ClusterOptions:
 
 def command(
     stack: Annotated[
-        Path,
-        typer.Argument(metavar="STACK.zarr", help="scans side by side in a Zarr store", show_default=False),
+        list[Path],
+        typer.Argument(
+            metavar="STACK.zarr|FOLDER|FILE",
+            help="scans side by side in a Zarr store; or a folder of scans or several files, of which a store is made",
+            show_default=False,
+        ),
     ],
     model: ModelName,
     out: Annotated[
@@ -108,17 +119,37 @@ def command(
     Scans are fitted in blocks, and a manifest in OUT.zarr says which are written. After Ctrl-C, a crash or a power cut
     the same command goes on with the others; with other options it is refused, unless --force starts anew.
 
+    Of a folder or several files a stack is made first, as gonio stack does, beside the results: OUT-stack.zarr.
+
     Without --scheduler the workers are processes on this machine. Those of a scheduler need gonio and the same paths.
     """
     if output.json not in ("", "-"):
         refuse_existing(Path(output.json), output.force)
     settings: dict[str, Any] = {"covariance": fits.covariance, "precision": cluster.precision, "device": cluster.device}
     settings["solver"] = search.chosen(FOR_MANY)
-    asked = StackFit(catalogue[model], stack, out, fits.each, problem, settings, cluster.block)
+    scans = _one_stack(stack, out, output.force)
+    asked = StackFit(catalogue[model], scans, out, fits.each, problem, settings, cluster.block)
     run = prepare(asked, output.force)
     seconds = _fitted(run, cluster, output.force) if run.todo else 0.0
-    record = stack_report.record(run, stack, out, seconds)
-    output.show(record, stack_report.lines(record))
+    record = view_of_fits.record(run, scans, out, seconds)
+    output.show(record, view_of_fits.lines(record))
+
+
+def _one_stack(given: list[Path], out: Path, force: bool) -> Path:
+    """The stack that is named; of a folder or several files one that is made beside the results, or was before."""
+    if len(given) == 1 and not is_folder_of_files(given[0]):
+        return given[0]
+    refuse_held(Manifest(out).folder)  # a run that is at work reads its stack
+    made = out.with_name(f"{out.stem}-stack{out.suffix or '.zarr'}")
+    if is_made_of(made, given):
+        talk.tell(f"the stack {made} was made of these files before")
+        return made
+    with progress_bar("stacking") as bar:
+        done = make_stack(given, made, force=force, progress=bar)
+    view_of_stack.warn_of_skipped(done)
+    for line in (f"made the stack {made} of {len(done.names)} scans, as gonio stack does", *done.notes[1:]):
+        talk.tell(line)
+    return made
 
 
 def _fitted(run: "Run", asked: ClusterOptions, force: bool) -> float:
@@ -151,4 +182,5 @@ def _where(cluster: Any) -> str:
     who = f"{len(threads)} worker{'s' * (len(threads) != 1)}" + (" on this machine" if cluster.is_local else "")
     if cluster.dashboard:
         return f"{who}; dashboard at {cluster.dashboard}"
-    return f"{who}; no dashboard, which needs bokeh: pip install 'gonio[cluster]'"
+    logging.getLogger(__name__).info("no dashboard, which needs bokeh: pip install 'gonio[cluster]'")
+    return who

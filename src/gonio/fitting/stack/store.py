@@ -9,7 +9,7 @@ is `not_fitted_yet`. Which blocks are written is in the manifest.
 """
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,12 @@ import numpy as np
 import xarray as xr
 
 from gonio.fitting.stack.manifest import FOLDER, BlockGrid, now
+from gonio.fitting.status import MINIMA
 from gonio.processes.portable import synchronise
 
 OF_ONE_CALL = ("seconds",)  # attributes of one call of `fit_many`, which do not hold for the whole store
 NOT_FITTED = "not_fitted_yet"  # the status of lanes whose block is not written
+REACHED = tuple(status.name.lower() for status in MINIMA)  # statuses of lanes that have a result
 
 
 def is_per_lane(variable: xr.DataArray, blocks: BlockGrid) -> bool:
@@ -39,17 +41,22 @@ def create(path: Path, empty: xr.Dataset, coords: Mapping[Any, xr.DataArray], bl
 
     common = empty.drop_vars([n for n in empty.variables if set(empty[n].dims) & set(blocks.dims)])
     common.attrs = {k: _plain(v) for k, v in empty.attrs.items() if k not in OF_ONE_CALL}
-    common = common.assign_coords(coords)
-    for name in [str(n) for n, v in common.variables.items() if v.dtype.kind in "US" or _is_text(v)]:
-        texts = common[name].values.astype(np.dtypes.StringDType())  # the one type of texts that Zarr format 3 settled
-        common = common.assign({name: (common[name].dims, texts, common[name].attrs)})
+    common = with_settled_texts(common.assign_coords(coords))
     # The coordinates bring the encodings (chunks, compressors) of the stack's own store, which need not suit this one.
     common.drop_encoding().to_zarr(path, mode="w", zarr_format=3, consolidated=False)
     group = zarr.open_group(path, mode="r+")
     for name in [str(n) for n in empty.data_vars if is_per_lane(empty[n], blocks)]:
         _create_array(group, name, empty[name], blocks)
     group.create_group(FOLDER, attributes={"begun": now(), "run": run})
-    _consolidate(path)
+    consolidate(path)
+
+
+def with_settled_texts(data: xr.Dataset) -> xr.Dataset:
+    """The same with all texts in the one type of texts that Zarr format 3 has settled."""
+    for name in [str(n) for n, v in data.variables.items() if v.dtype.kind in "US" or _is_text(v)]:
+        texts = data[name].values.astype(np.dtypes.StringDType())
+        data = data.assign({name: (data[name].dims, texts, data[name].attrs)})
+    return data
 
 
 def _is_text(variable: xr.Variable) -> bool:
@@ -91,7 +98,7 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _consolidate(path: Path) -> None:
+def consolidate(path: Path) -> None:
     """Copy the metadata of all arrays into the group's own file, from which a store is opened by one read."""
     import warnings
 
@@ -152,10 +159,38 @@ def statuses(result: xr.Dataset) -> dict[str, int]:
     """How many lanes of a result have each status, by the name of the status; empty where it has no status."""
     if "status" not in result:
         return {}
-    attrs = result["status"].attrs
-    names = dict(zip(np.asarray(attrs["flag_values"]).tolist(), str(attrs["flag_meanings"]).split(), strict=True))
+    names = _status_names(result["status"].attrs)
     values, counts = np.unique(result["status"].values, return_counts=True)
     return {names[v]: n for v, n in zip(values.tolist(), counts.tolist(), strict=True)}
+
+
+def failed(path: Path, blocks: BlockGrid, some: Iterable[int], most: int) -> list[dict[str, Any]]:
+    """The first lanes of some blocks, `most` at most, whose search reached no minimum: `at` (by dimension), `status`.
+
+    The blocks must be written. A dimension without a coordinate gives its index in the stack.
+    """
+    import zarr
+
+    found: list[dict[str, Any]] = []
+    stored = xr.open_dataset(path, engine="zarr", chunks=None, consolidated=False, decode_times=False)
+    group = zarr.open_group(path, mode="r", use_consolidated=False)
+    for block in some:
+        region = blocks.region(block)
+        array: Any = group["status"]
+        values = array[tuple(region.values())]
+        names = _status_names(array.attrs)
+        for place in np.argwhere(~np.isin(values, [v for v, name in names.items() if name in REACHED])):
+            at = {dim: part.start + int(k) for (dim, part), k in zip(region.items(), place, strict=True)}
+            named = {dim: _plain(stored[dim].values[k]) if dim in stored.coords else k for dim, k in at.items()}
+            found.append({"at": named, "status": names[int(values[tuple(place)])]})
+            if len(found) == most:
+                return found
+    return found
+
+
+def _status_names(attrs: Mapping[str, Any]) -> dict[int, str]:
+    """The names of the statuses by their numbers."""
+    return dict(zip(np.asarray(attrs["flag_values"]).tolist(), str(attrs["flag_meanings"]).split(), strict=True))
 
 
 def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) -> dict[str, Any] | None:
@@ -171,7 +206,7 @@ def worst(result: xr.Dataset, stack: xr.Dataset, region: Mapping[str, slice]) ->
     place = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(cost), cost, np.nan))), cost.shape)
     at = {}
     for (dim, part), k in zip(region.items(), place, strict=True):
-        at[dim] = stack[dim].values[k].item() if dim in stack.coords else part.start + int(k)
+        at[dim] = _plain(stack[dim].values[k]) if dim in stack.coords else part.start + int(k)
     lane = result.isel({dim: [int(k)] for dim, k in zip(region, place, strict=True)})
     return {
         # The record is written as JSON, so anything but numbers and texts becomes text.

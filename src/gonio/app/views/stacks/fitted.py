@@ -6,6 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import figure, table
+from gonio.fitting.stack.store import REACHED, failed
+from gonio.stacking.writing import SAMPLE
+
+MOST_NAMED = 5  # failed fits that the summary names; the others are counted
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -27,7 +31,9 @@ def record(run: "Run", stack: Path, out: Path, seconds: float) -> dict[str, Any]
         "blocks_resumed": len(run.done),
         "seconds": seconds,
         "fits_per_second": fitted / seconds if seconds else None,
+        "weighting": run.job.asked.problem.weighting,
         "statuses": _statuses(records),
+        "failed": _failed(run, records),
         "worst": max((r.worst for r in records if r.worst), key=lambda worst: worst["cost"], default=None),
     }
 
@@ -39,12 +45,31 @@ def _statuses(records: "Iterable[Record]") -> dict[str, int]:
     return dict(total.most_common())
 
 
+def _failed(run: "Run", records: "list[Record]") -> dict[str, Any]:
+    """How many fits reached no minimum, and the first of them by name and status."""
+    counts = {r.block: sum(n for name, n in r.statuses.items() if name not in REACHED) for r in records}
+    some = sorted(block for block, count in counts.items() if count)
+    return {"scans": sum(counts.values()), "first": failed(run.job.out, run.job.blocks, some, MOST_NAMED)}
+
+
+def _named(lane: dict[str, Any]) -> str:
+    """A lane by its place: the name of a sample alone, other dimensions with theirs."""
+    at = lane["at"]
+    where = [str(v) for v in at.values()] if list(at) == [SAMPLE] else [f"{dim} {v}" for dim, v in at.items()]
+    return f"{', '.join(where)} ({lane['status'].replace('_', ' ')})"
+
+
 def lines(found: dict[str, Any]) -> "Iterator[Table | str]":
     """The same for people."""
     rows = table("status", "scans", "part")
     for status, count in found["statuses"].items():
         rows.add_row(status.replace("_", " "), f"{count}", f"{100 * count / found['scans']:.2f} %")
     yield rows
+    if failures := found["failed"]["scans"]:
+        first = [_named(lane) for lane in found["failed"]["first"]]
+        rest = f", and {failures - len(first)} more" * (failures > len(first))
+        yield f"failed: {failures} scan{'s' * (failures > 1)}: {', '.join(first)}{rest}"
+    yield f"weighting {found['weighting']} in every fit; auto and log are for single scans (gonio fit)"
     if found["seconds"]:
         yield f"{found['fits_per_second']:.4g} fits a second, {found['seconds']:.3g} s"
     else:

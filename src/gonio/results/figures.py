@@ -16,7 +16,7 @@ from gonio.measured import dataset
 from gonio.plotting.components import components
 from gonio.plotting.convergence import convergence
 from gonio.plotting.curves import curves
-from gonio.plotting.hemisphere import hemisphere, top_view
+from gonio.plotting.hemisphere import hemisphere, room_for_views, top_view
 from gonio.plotting.one_axes import ON_ONE_AXES
 from gonio.plotting.panels import FAR_SIDE, first_set, origin_word
 from gonio.plotting.residuals import residuals
@@ -144,9 +144,10 @@ def _hemisphere(title: str, scan: xr.Dataset, fits: Fits) -> "Figure":
             "--models, whose hemisphere is drawn"
         )
     angles = outside if outside.size else np.unique(flat["theta_i"].values)
-    most = MOST_PANELS // 2 if fits and outside.size else MOST_PANELS
+    most = max(room_for_views(MOST_PANELS) // (1 + bool(fits and outside.size)), 1)
     panels: dict[str, tuple[float, Callable[[Geometry], Any]]] = {}
-    for angle in angles[np.unique(np.linspace(0, len(angles) - 1, most).round().astype(int))].tolist():
+    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, most).round().astype(int))].tolist()
+    for angle in chosen:
         here = flat.isel(direction=np.flatnonzero(flat["theta_i"].values == angle))
         if outside.size:
             panels[f"{origin_word(scan)}, θᵢ = {angle:.4g}°"] = (
@@ -158,7 +159,7 @@ def _hemisphere(title: str, scan: xr.Dataset, fits: Fits) -> "Figure":
             values = {k: float(np.ravel(v)[0]) for k, v in best.at(here.isel(direction=[0])).items()}
             panels[f"{name}, θᵢ = {angle:.4g}°"] = (angle, partial(_at, best.model, values))
     notes = [note] if note else []
-    notes += [f"{len(panels) // (1 + bool(fits))} of {len(angles)} incidence angles"] * (len(angles) > most)
+    notes += [f"{len(chosen)} of {len(angles)} incidence angles"] * (len(angles) > most)
     notes += [FAR_SIDE] * (quantity_of(flat) == "BTDF")
     notes += ["the scan itself is of the plane of incidence alone"] * (not outside.size)
     return hemisphere(

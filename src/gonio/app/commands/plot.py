@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 EXAMPLES = (
     Example("gonio plot scan.csv", "Draw the scan and four models fitted to it"),
     Example('gonio plot scan.csv --models "" --out scan.png', "Draw the measured values alone"),
+    Example(
+        "gonio plot scan.csv --models ggx --size 85x60mm --font 8 --out fig.pdf", "A figure for a column of a journal"
+    ),
     Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
     Example(
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
@@ -66,9 +69,12 @@ def command(
     """Draw a scan, or a fit's solution.nc, with the models fitted to it."""
     from gonio.app.views import contents, figures
 
+    kind = drawing.figure.value
+    name = f"{scans[0].stem}-{kind}"
+    output.target(name)  # refused before the fits
     names = arguments.listed(drawing.models)
-    stored = {name: fit for name in names if (fit := contents.fit_named(name)) is not None}
-    models = chosen_models(",".join(name for name in names if name not in stored))
+    stored = {one: fit for one in names if (fit := contents.fit_named(one)) is not None}
+    models = chosen_models(",".join(one for one in names if one not in stored))
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
@@ -81,9 +87,7 @@ def command(
             if fitted and models:
                 rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
             ranked[title] = (data, rows)
-    kind = drawing.figure.value
-    drawn = figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band)
-    output.save(drawn, f"{scans[0].stem}-{kind}")
+    output.save(lambda: figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band), name)
 
 
 def _of(path: Path, solution: Solution, scan: ScanOptions) -> "xr.Dataset":

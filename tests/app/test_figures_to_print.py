@@ -6,6 +6,7 @@ from PIL import Image
 from gonio import catalogue, simulate, write
 
 FIT = "fit s.csv --model lambert --out r --format pdf --size 85x60mm --font 8"
+PLOT = "plot s.csv --models lambert --out f.svg"
 DRAWING = {
     "plot": "plot s.csv --models lambert",
     "draw": "draw lambert --set rho=1",
@@ -59,6 +60,41 @@ def test_a_fit_writes_its_figures_for_print(run, here):
     code, _, err = run(*FIT.split())
     assert code == 0, err
     assert {path.suffix for path in (here / "r").iterdir()} == {".pdf", ".nc", ".json"}
+
+
+def test_the_scale_and_the_angles_that_are_drawn(run, here):
+    command = "plot s.csv --models lambert --out f.svg --force"
+    for scale, rows in (("both", 2), ("log", 1), ("linear", 1)):
+        assert run(*command.split(), "--scale", scale)[0] == 0
+        text = (here / "f.svg").read_text(encoding="utf-8")
+        assert text.count("BRDF [") == rows
+        assert ("logarithmic" in text) == (rows == 2)
+    assert run(*command.split(), "--theta-i", "40")[0] == 0
+    text = (here / "f.svg").read_text(encoding="utf-8")
+    assert "θᵢ = 40°" in text
+    assert "θᵢ = 10°" not in text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--theta-i 20", "the scan has no incidence angle of 20 deg: choose of 10, 40"),
+        ("--theta-i 95", "is not a list of angles from 0 to below 90 deg"),
+        ("--theta-i x", "an angle of --theta-i 'x' is 'x', not a number"),
+        ("--figure errors --theta-i 10", "errors shows all incidence angles"),
+        ("--figure errors --scale log", "errors shows all incidence angles"),
+        (
+            "--figure residuals --scale log",
+            "residuals has its own scales: leave --scale out, or draw curves or components",
+        ),
+        ("--theta-i 10,40 --size 40x60mm --font 8", "curves has room for 1 of 2 incidence angles: name fewer"),
+    ],
+)
+def test_a_scale_or_an_angle_that_a_figure_has_not(run, here, options, words):
+    code, out, err = run(*PLOT.split(), *options.split())
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert words in err
+    assert [path.name for path in here.iterdir()] == ["s.csv"]
 
 
 @pytest.mark.parametrize("command", ["fit s.csv --model lambert --size 85x60mm", "diff s.csv s.csv --format pdf"])

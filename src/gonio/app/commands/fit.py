@@ -100,7 +100,7 @@ def _write(page: Page, folder: Path, data: "xr.Dataset", row: "Row", answers: "C
     from gonio.app.views import figures
     from gonio.plotting.profiles import profiles
     from gonio.plotting.style import save
-    from gonio.results.figures import has_spectra
+    from gonio.results.figures import View, has_spectra
 
     solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
     solution.save(folder / "solution.nc")
@@ -108,7 +108,7 @@ def _write(page: Page, folder: Path, data: "xr.Dataset", row: "Row", answers: "C
     kinds += ["spectra"] * has_spectra(solution)
     for kind in kinds:
         with drawn_on(page):
-            drawn = figures.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
+            drawn = figures.draw(kind, {row.model.name: (data, [row])}, View(banded=kind == "curves"))
             save(drawn, folder / kind, page.suffixes)
     if answers.profiles:
         with drawn_on(page):

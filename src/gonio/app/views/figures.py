@@ -16,7 +16,7 @@ from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.model_curves import model_curves
 from gonio.plotting.polarisation import polarisation
 from gonio.polarisation import reflected
-from gonio.results.figures import MOST_PANELS, drawn, named
+from gonio.results.figures import MOST_PANELS, WHOLE, View, drawn, named
 from gonio.results.figures import OF_FITS as OF_ONE_SCAN
 
 if TYPE_CHECKING:
@@ -26,22 +26,23 @@ Ranked = Mapping[str, tuple[xr.Dataset, Sequence[Row]]]
 OF_FITS = (*OF_ONE_SCAN, "errors")  # figures that show nothing of a scan alone
 
 
-def draw(kind: str, ranked: Ranked, normalised: bool = False, banded: bool = False) -> "Figure":
+def draw(kind: str, ranked: Ranked, view: View = WHOLE) -> "Figure":
     """One figure of scans with the models fitted to them, the best first; only `errors` takes several scans.
 
-    normalised, banded: for `curves`, over their specular value or with 95 % bands.
     Raises ValueError where the figure cannot show what it was given.
     """
-    if banded and (normalised or kind != "curves"):
+    if view.banded and (view.normalised or kind != "curves"):
         raise ValueError("bands are drawn on curves that are not normalised: leave out --band, or the other option")
     if kind in OF_FITS and not all(rows for _, rows in ranked.values()):
         raise ValueError(f"{kind} shows fits, and no model was fitted: name one with --models")
     if kind == "errors":
+        if view.theta_i or view.scales != WHOLE.scales:
+            raise ValueError("errors shows all incidence angles on a linear scale: leave --scale and --theta-i out")
         return _errors(ranked)
     if len(ranked) > 1:
         raise ValueError(f"{kind} shows one scan: give one, or draw errors")
     (name, (scan, rows)), *_ = ranked.items()
-    return drawn(kind, name, scan, named(rows), normalised, banded)
+    return drawn(kind, name, scan, named(rows), view)
 
 
 def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:

@@ -120,3 +120,11 @@ def test_what_no_page_has_is_refused(run, here, command, options, words):
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert words in err
     assert [path.name for path in here.iterdir()] == ["s.csv"]
+
+
+def test_files_of_one_name_are_both_drawn(run, here):
+    (here / "b").mkdir()
+    write(simulate(catalogue["lambert"], {"rho": 0.9}, [10.0, 40.0], range(-60, 61, 10)), here / "b" / "s.csv")
+    code, _, err = run("plot", "s.csv", "b/s.csv", "--models", "", "--out", "f.svg")
+    assert code == 0, err
+    assert "b/s.csv" in (here / "f.svg").read_text(encoding="utf-8")

@@ -244,7 +244,7 @@ def test_refusals(ranked):
     with pytest.raises(ValueError, match="no in-plane curve"):
         panel_curves(out_of_plane)
     with pytest.raises(ValueError, match="shows one scan"):
-        draw("curves", ranked | {"again": ranked["Al"]})
+        draw("residuals", ranked | {"again": ranked["Al"]})
     scan, _ = ranked["Al"]
     exact = {"Al": (scan, compare(scan, [catalogue["lambert"]]))}
     with pytest.raises(ValueError, match="add --solver anneal"):

@@ -147,12 +147,16 @@ def angle_ticks(ax: "Axes", least: float, most: float) -> None:
     ax.set_xticks([t for t in range(-90, 91, step) if least - 5 <= t <= most + 5])
 
 
-def shared_legend(figure: "Figure", ax: "Axes", columns: int = 4) -> None:
-    """One legend for all panels, under them, in as many columns as have room."""
+def shared_legend(figure: "Figure", of: "Axes | Sequence[Any]", columns: int = 4) -> None:
+    """One legend for all panels, of axes or of the artists given, under them, in as many columns as have room."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
-    handles, labels = ax.get_legend_handles_labels()
+    handles: list[Any]
+    if isinstance(of, Sequence):
+        handles, labels = list(of), [str(artist.get_label()) for artist in of]
+    else:
+        handles, labels = of.get_legend_handles_labels()
     for count in range(min(columns, len(labels)), 0, -1):
         legend = figure.legend(handles, labels, loc="outside lower center", ncols=count)
         if count == 1 or legend.get_window_extent(renderer).width <= figure.get_figwidth() * figure.dpi:

@@ -42,12 +42,14 @@ class View:
 
     normalised, banded: for `curves`, over their specular value or with 95 % bands. scales: for `curves` and
     `components`, the rows, of `linear` and `log`. theta_i: incidence angles of the scan [deg], all where it is empty.
+    together: all channels, wavelengths and other sets of a scan in the same panels of `curves`, not the first alone.
     """
 
     normalised: bool = False
     banded: bool = False
     scales: Sequence[str] = SCALES
     theta_i: Sequence[float] = ()
+    together: bool = False
 
     def __post_init__(self) -> None:
         if not self.scales or any(scale not in SCALES for scale in self.scales):
@@ -142,9 +144,8 @@ def at_incidence(scan: xr.Dataset, theta_i: Sequence[float]) -> xr.Dataset:
     there = np.unique(flat["theta_i"].values)
     for angle in theta_i:
         if not np.isclose(there, angle, rtol=0, atol=SAME_ANGLE).any():
-            raise ValueError(
-                f"the scan has no incidence angle of {angle:g} deg: choose of {', '.join(f'{one:.4g}' for one in there)}"
-            )
+            known = ", ".join(f"{one:.4g}" for one in there)
+            raise ValueError(f"the scan has no incidence angle of {angle:g} deg: choose of {known}")
     chosen = np.isclose(flat["theta_i"].values[:, None], np.asarray(theta_i), rtol=0, atol=SAME_ANGLE).any(axis=1)
     return flat.isel(direction=np.flatnonzero(chosen))
 

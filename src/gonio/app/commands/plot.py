@@ -34,6 +34,7 @@ EXAMPLES = (
         "Draw two incidence angles on a logarithmic axis",
     ),
     Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
+    Example('gonio plot a.csv b.csv --models "" --together', "Draw all wavelengths of two samples in one figure"),
     Example(
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
     ),
@@ -73,6 +74,8 @@ class DrawingOptions:
     scale: Annotated[Scale, Option("scale of the values of curves and components")] = Scale.BOTH
     theta_i: Annotated[str, Option("draw these incidence angles only, with commas", metavar="DEG,..")] = ""
 
+    together: Annotated[bool, Option("draw curves of all channels, wavelengths or scans in the same panels")] = False
+
     def view(self) -> "View":
         """What of a scan is drawn, and how; ValueError for what is no angle of incidence."""
         from gonio.plotting.style import SCALES
@@ -81,6 +84,7 @@ class DrawingOptions:
         return View(
             normalised=self.normalised,
             banded=self.band,
+            together=self.together,
             scales=SCALES if self.scale is Scale.BOTH else (self.scale.value,),
             theta_i=arguments.incidence_angles(self.theta_i) if self.theta_i else (),
         )
@@ -115,7 +119,7 @@ def command(
             rows = [row_of(one, data) for one in (*fits, *stored.values())]
             if fitted and models:
                 rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
-            ranked[title] = (data, rows)
+            ranked[str(path) if title in ranked else title] = (data, rows)
     output.save(lambda: figures.draw(kind, ranked, view), name)
 
 

@@ -98,7 +98,7 @@ def colour(k: int) -> Any:
 def house_style() -> AbstractContextManager[None]:
     """Matplotlib settings shared by all figures, and those of the page; wrap drawing and saving in it."""
     import matplotlib as mpl
-    from cycler import cycler
+    from matplotlib.rcsetup import cycler
 
     settings: dict[Any, Any] = {
         "font.family": "DejaVu Sans",

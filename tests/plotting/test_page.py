@@ -174,3 +174,9 @@ def test_a_style_file_is_understood_whole_or_refused(tmp_path, caplog, text, wor
 def test_a_png_of_too_many_pixels_is_refused(ranked, tmp_path):
     with drawn_on(Page(dpi=2400, size="1000x1000mm")), pytest.raises(ValueError, match="give fewer dpi, or write"):
         save(draw("errors", ranked), tmp_path / "f", (".png",))
+
+
+def test_no_line_of_the_grid_runs_through_a_dot(ranked):
+    figure = draw("curves", ranked)
+    for ax in figure.axes:
+        assert all(axis.get_zorder() < line.get_zorder() for axis in (ax.xaxis, ax.yaxis) for line in ax.lines[:1])

@@ -108,6 +108,7 @@ def house_style() -> AbstractContextManager[None]:
         "axes.spines.top": False,
         "axes.spines.right": False,
         "axes.grid": True,
+        "axes.axisbelow": True,  # no line of the grid runs through a dot
         "grid.color": "0.9",
         "grid.linewidth": 0.6,
         "axes.prop_cycle": cycler(color=COLOURS),

@@ -25,7 +25,7 @@ REFUSED = {
     "fit s.csv --model lambert --seed -1": "--seed is -1: give 0 or more",
     "fit s.csv --model lambert --setting searches=1.5": "the setting searches is a whole number, and is 1.5",
     "compare s.csv --models ,": "--models names no model: there is nothing to compare",
-    "plot s.csv --models lambert --out x.jpg": "x.jpg: figures are written as .png and .svg, not .jpg",
+    "plot s.csv --models lambert --out x.jpg": "x.jpg: figures are written as .pdf, .png or .svg, not .jpg",
     "plot s.csv --models , --figure components": "components shows fits, and no model was fitted",
 }
 

@@ -27,6 +27,7 @@ from gonio.plotting.panels import panel_curves
 from gonio.plotting.profiles import profiles
 from gonio.plotting.spectra import spectra
 from gonio.plotting.style import COLOURS, save, symbol
+from gonio.results.figures import View
 
 pytestmark = pytest.mark.xdist_group("figures")  # one process, which fits and draws once
 AT, RISE = np.array([30.0, 40.0, 50.0, 70.0, 90.0]), np.array([-3.0, -1.0, 0.0, 1.5, 3.0])
@@ -70,7 +71,7 @@ def figures(ranked, spectral):
     )
     yield "errors", draw("errors", ranked | {"Al again": ranked["Al"]})
     yield "spectra", draw("spectra", spectral)
-    yield "bands", draw("curves", ranked, banded=True)
+    yield "bands", draw("curves", ranked, View(banded=True))
     yield "profiles", profiles(PROFILES, {"gamma": 9.0, "kid": 2.0, "ks": np.inf, "kdd": 1.0, "kd": 1.0}, title="Al")
     yield "normalised", curves(scan, predictors(rows), title="Al", normalised=True)
     polarised = surface(catalogue["priest-mueller"], {"ks": 1.0, "kd": 0.05, "sigma": 0.3}, "")
@@ -243,7 +244,7 @@ def test_refusals(ranked):
     with pytest.raises(ValueError, match="no in-plane curve"):
         panel_curves(out_of_plane)
     with pytest.raises(ValueError, match="shows one scan"):
-        draw("curves", ranked | {"again": ranked["Al"]})
+        draw("residuals", ranked | {"again": ranked["Al"]})
     scan, _ = ranked["Al"]
     exact = {"Al": (scan, compare(scan, [catalogue["lambert"]]))}
     with pytest.raises(ValueError, match="add --solver anneal"):
@@ -258,7 +259,7 @@ def test_bars_and_bands_are_what_is_stated(ranked):
     """Bars reach one standard uncertainty from each point, the band the coverage factor times that of the fit."""
     scan, rows = ranked["Al"]
     best = {"Al": (scan, [row for row in rows if row.model.name == "cauchy-lorentz"])}
-    ax = draw("curves", best, banded=True).axes[0]
+    ax = draw("curves", best, View(banded=True)).axes[0]
     (bars,) = (c for c in ax.collections if isinstance(c, LineCollection))
     curve = panel_curves(scan)[0][0]
     reach = [segment[1, 1] - segment[0, 1] for segment in bars.get_segments()]
@@ -269,7 +270,7 @@ def test_bars_and_bands_are_what_is_stated(ranked):
     top = (shown["brdf"] + row.solution.coverage_factor(0.95) * shown["uncertainty"]).max()
     assert shade.get_datalim(ax.transData).y1 == pytest.approx(float(top))
     with pytest.raises(ValueError, match="leave out --band"):
-        draw("residuals", best, banded=True)
+        draw("residuals", best, View(banded=True))
 
 
 def test_a_profile_meets_its_level_at_the_ends():

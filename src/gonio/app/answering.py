@@ -28,6 +28,7 @@ class AnswerOptions:
             "fit again without some points and judge the model there: theta_i (each incidence angle in turn), "
             f"out-of-plane, a number of parts such as 5, {AUTO}, or {NOTHING}",
             metavar="BY",
+            panel=Panel.RANKING,
             names=(AUTO, "theta_i", "out-of-plane", NOTHING),
         ),
     ] = AUTO

@@ -1,13 +1,15 @@
 """Text of the command line into values; every refusal says how the text should look."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from gonio.fitting.objective.from_scan import HALF_WIDTH, constants_at
 from gonio.fitting.objective.options import Grouping, Held
 from gonio.fitting.objective.smooth import Smooth, Smoothing
+from gonio.options import one_of
+from gonio.plotting.page import FORMATS
 from gonio.polarisation import stokes as check_stokes
 
 
@@ -149,14 +151,15 @@ def incidence_angles(text: str) -> list[float]:
     return angles
 
 
-OTHER_PICTURES = (".bmp", ".eps", ".gif", ".jpeg", ".jpg", ".pdf", ".ps", ".tif", ".tiff", ".webp")
+def figure_target(out: str, formats: Sequence[str]) -> tuple[Path, tuple[str, ...]]:
+    """Where a figure goes and in which formats: that of the suffix, or those given, as `.png`, without one.
 
-
-def figure_target(out: str) -> tuple[Path, tuple[str, ...]]:
-    """Where a figure goes and in which formats: those of the suffix, or both without one."""
+    A dot before a digit, as in `width-0.5`, begins no suffix. ValueError for a suffix of no format of figures.
+    """
     path = Path(out)
-    if path.suffix in (".png", ".svg"):
+    if path.suffix.lower().removeprefix(".") in FORMATS:
         return path.with_suffix(""), (path.suffix,)
-    if path.suffix.lower() in OTHER_PICTURES:
-        raise ValueError(f"{out}: figures are written as .png and .svg, not {path.suffix}: choose one of these")
-    return path, (".png", ".svg")
+    if path.suffix[1:2].isalpha():
+        known = one_of(f".{name}" for name in FORMATS)
+        raise ValueError(f"{out}: figures are written as {known}, not {path.suffix}: choose one of these")
+    return path, tuple(formats)

@@ -60,7 +60,7 @@ def refuse_to_overwrite_inputs(given: Mapping[str, Any], in_place: str = "") -> 
     read = {name: _paths(value) for name, value in given.items() if name not in OUTPUTS}
     for name, target in outputs.items():
         # The name of a figure may come without its suffix.
-        for path in (Path(str(target) + suffix) for suffix in ("", ".png", ".svg")):
+        for path in (Path(str(target) + suffix) for suffix in ("", ".pdf", ".png", ".svg")):
             inputs = [p for other, some in read.items() for p in some if other != in_place or not _are_one(p, path)]
             refuse_overlap(path, inputs)
         for other, second in outputs.items():

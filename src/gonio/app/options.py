@@ -4,7 +4,7 @@ A command takes a dataclass as one argument; on the command line each of its fie
 (`gonio.app.flags`). So an option is declared once, in the dataclass, whatever the number of commands that have it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -15,9 +15,11 @@ from gonio.app import arguments
 from gonio.app.names import formats_written, models, models_or_groups
 from gonio.findings.corrections import Corrections
 from gonio.options import Option, Panel
+from gonio.plotting.page import Page, drawn_on
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from gonio.model import Model
 
@@ -106,20 +108,34 @@ class OutputOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class FigureOptions:
-    """Where a figure goes, and whether it may be written over what is there."""
+    """The page of a figure, where it goes, and whether it may be written over what is there."""
 
     PANEL: ClassVar = Panel.OUTPUT
-    out: Annotated[str, Option("file of the figure: NAME.png, NAME.svg, or NAME alone for both", metavar="FILE")] = ""
+    page: Page = field(default_factory=Page)
+    out: Annotated[
+        str, Option("file of the figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format", metavar="FILE")
+    ] = ""
     force: Force = False
 
-    def save(self, figure: Any, name: str) -> None:
-        """Write the figure, under `name` where no place is given, and say where it is."""
+    def target(self, name: str) -> tuple[Path, tuple[str, ...]]:
+        """Where the figure goes, `name` where no place is given, and its suffixes; ValueError for another suffix."""
+        return arguments.figure_target(self.out, self.page.suffixes) if self.out else (Path(name), self.page.suffixes)
+
+    def save(self, draw: "Callable[[], Figure]", name: str) -> None:
+        """Draw the figure for the page, write it, under `name` where no place is given, and say where it is."""
         from gonio.app.output import show
         from gonio.plotting.style import save
 
-        target, suffixes = arguments.figure_target(self.out or name)
-        for path in save(figure, target, suffixes, self.force):
-            show(f"wrote {path}")
+        target, suffixes = self.target(name)
+        with drawn_on(self.page):
+            for path in save(draw(), target, suffixes, self.force):
+                show(f"wrote {path}")
+
+
+def refuse_unused(page: Page, out: str) -> None:
+    """ValueError where a page is described and no figure is written."""
+    if page != Page() and not out:
+        raise ValueError("the options of figures need --out, which writes one: add it, or leave them out")
 
 
 @dataclass(frozen=True, kw_only=True)

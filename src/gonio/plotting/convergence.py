@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gonio.plotting.style import COLOURS, house_style, line_style, new_figure
+from gonio.plotting.style import COLOURS, heading, house_style, line_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +37,5 @@ def convergence(
         ax.set_xlabel("iteration")
         ax.set_ylabel("best E so far / least E [1]" if relative else "best E so far (eq 11) [1]")
         ax.legend()
-        if title:
-            ax.set_title(title)
+        heading(figure, title)
     return figure

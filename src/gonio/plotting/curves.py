@@ -1,6 +1,6 @@
 """In-plane curves, measured and modelled, linear and logarithmic (guo2023, Figs 10 and 11)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +9,14 @@ import xarray as xr
 from gonio.comparison.metrics import at_specular
 from gonio.measured import dataset
 from gonio.measured.sound import is_stated
+from gonio.plotting.page.sheet import side_by_side, stacked
 from gonio.plotting.panels import Curve, by_origin, origin_word, panel_curves
 from gonio.plotting.style import (
     BARS,
     HOLLOW,
+    LOG,
     MEASURED,
-    THETA_R,
+    SCALES,
     Band,
     Predictor,
     angle_ticks,
@@ -25,7 +27,9 @@ from gonio.plotting.style import (
     mark_specular,
     new_figure,
     quantity_of,
+    scale_word,
     shared_legend,
+    theta_r_label,
     value_label,
 )
 
@@ -42,28 +46,33 @@ def curves(
     normalised: bool = False,
     bands: Mapping[str, Band] | None = None,
     most: int = 6,
+    scales: Sequence[str] = SCALES,
 ) -> "Figure":
     """One column for each incidence angle, linear above and logarithmic below; dots are measured, lines the fits.
+
+    `scales` names the rows; where a page has no room for both, the logarithmic one is drawn.
 
     Bars are the standard uncertainties that the scan states, shades the 95 % bands of fits that have one. `normalised`
     divides every curve by its own value at the specular angle, as the paper draws them.
     """
-    panels, note = panel_curves(scan, most)
+    panels, note = panel_curves(scan, side_by_side(most))
     measured = origin_word(scan)
     with house_style():
-        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 5.4)
-        axes = figure.subplots(2, len(panels), squeeze=False, sharex="col")
+        scales = scales[-stacked(len(scales)) :]
+        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 2.4 * len(scales) + 0.6)
+        axes = figure.subplots(len(scales), len(panels), squeeze=False, sharex="col")
         for k, curve in enumerate(panels):
             for ax in axes[:, k]:
                 _draw(ax, curve, fits, measured, normalised)
                 _shade(ax, curve, fits, bands or {})
             axes[0, k].set_title(f"θᵢ = {curve.theta_i:g}°")
-            axes[1, k].set_yscale("log")
-            axes[1, k].set_xlabel(THETA_R if len(panels) < 5 else "θᵣ [deg]")
-            _log_limits(axes[1, k])
-        for row, scale in enumerate(("linear", "logarithmic")):
+            axes[-1, k].set_xlabel(theta_r_label(figure, len(panels)))
+            if scales[-1] == LOG:
+                axes[-1, k].set_yscale("log")
+                _log_limits(axes[-1, k])
+        for row, scale in enumerate(scales):
             unit = "f / f(θᵢ)" if normalised else value_label(dataset.unit(scan), quantity_of(panels[0].points))
-            axes[row, 0].set_ylabel(f"{unit}, {scale}")
+            axes[row, 0].set_ylabel(f"{unit}{scale_word(scale, scales)}")
         shared_legend(figure, axes[0, 0])
         heading(figure, title, note)
     return figure

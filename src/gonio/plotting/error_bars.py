@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gonio.plotting.style import COLOURS, house_style, new_figure, shared_legend
+from gonio.plotting.style import colour, heading, house_style, new_figure, shared_legend
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +30,7 @@ def error_bars(
                 heights,
                 bottom=base,
                 width=0.82,
-                color=COLOURS[m % len(COLOURS)],
+                color=colour(m),
                 hatch=HATCHES[m % len(HATCHES)],
                 edgecolor="white",
                 linewidth=0.5,
@@ -48,6 +48,5 @@ def error_bars(
         ax.grid(axis="x", visible=False)
         ax.set_axisbelow(True)
         shared_legend(figure, ax)
-        if title:
-            ax.set_title(title)
+        heading(figure, title)
     return figure

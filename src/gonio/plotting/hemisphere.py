@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import Geometry
-from gonio.plotting.style import as_label, heading, house_style, new_figure, value_label
+from gonio.plotting.page.sheet import points, side_by_side, stacked
+from gonio.plotting.style import as_label, explanation, heading, house_style, new_figure, value_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 Values = npt.NDArray[np.float64]
 DISTANCES = 91  # from the normal to 89 deg
 AZIMUTHS = 181
+VIEW_WIDTH, VIEW_HEIGHT = 2.4, 2.0  # inches that a view needs with its labels, with the usual text
 
 
 def hemisphere(
@@ -40,7 +42,7 @@ def hemisphere(
     with house_style():
         from matplotlib.colors import LogNorm, Normalize
 
-        columns = min(len(panels), 2)
+        columns = min(len(panels), side_by_side(2, VIEW_WIDTH))
         rows = -(-len(panels) // columns)
         figure = new_figure(4.0 * columns + 0.9, 3.5 * rows + 0.5)
         most = max(0.0, *(float(np.nanmax(v, initial=0.0)) for v in views)) or 1.0  # any scale where all is dark
@@ -54,7 +56,7 @@ def hemisphere(
             ax.set_title(as_label(name), pad=12)
             axes.append(ax)
         figure.colorbar(mesh, ax=axes, label=value_label(unit, quantity), shrink=0.75, pad=0.08)
-        heading(figure, title, note, "centre θᵣ = 0, rim 90°; angle φ; + specular direction")
+        heading(figure, title, note, explanation("centre θᵣ = 0, rim 90°; angle φ; + specular direction"))
     return figure
 
 
@@ -80,6 +82,11 @@ def top_view() -> tuple[Values, Values]:
     return distance, azimuth
 
 
+def room_for_views(most: int) -> int:
+    """How many views have room on the page, at most `most`."""
+    return min(most, side_by_side(2, VIEW_WIDTH) * stacked(most, VIEW_HEIGHT))
+
+
 def mark_directions(ax: Any, theta_i: float, dark: bool = False) -> None:
     """Angles round the rim and outwards, forward on the right, and a cross in the specular direction.
 
@@ -88,8 +95,8 @@ def mark_directions(ax: Any, theta_i: float, dark: bool = False) -> None:
     colour = "0.45" if dark else "white"
     ax.plot(0.0, theta_i, marker="+", color=colour, markersize=9, markeredgewidth=1.4)
     ax.set_ylim(0, 90)
-    ax.set_yticks([30, 60], ["30°", "60°"], color=colour, fontsize=7.5)
+    ax.set_yticks([30, 60], ["30°", "60°"], color=colour, fontsize=points(7.5))
     ax.set_rlabel_position(118)
-    ax.set_xticks(np.radians([0, 90, 180, 270]), ["180°\nforward", "270°", "0°\nback", "90°"], fontsize=8)
+    ax.set_xticks(np.radians([0, 90, 180, 270]), ["180°\nforward", "270°", "0°\nback", "90°"], fontsize=points(8))
     ax.tick_params(axis="x", pad=7)
     ax.grid(color="white", alpha=0.35, linewidth=0.6)

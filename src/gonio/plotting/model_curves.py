@@ -7,14 +7,16 @@ import numpy as np
 
 from gonio.geometry import Geometry
 from gonio.model import Model
+from gonio.plotting.page import current
 from gonio.plotting.style import (
-    THETA_R,
     angle_ticks,
     heading,
     house_style,
     line_style,
     mark_specular,
     new_figure,
+    shared_legend,
+    theta_r_label,
     value_label,
 )
 
@@ -41,8 +43,11 @@ def model_curves(model: Model, values: Mapping[float, Mapping[str, float]], unit
             ax.set_yscale("log")
             ax.set_ylim(max(least, most / DECADES) / 1.5, most * 1.5)
         angle_ticks(ax, -90, 90)
-        ax.set_xlabel(THETA_R)
+        ax.set_xlabel(theta_r_label(figure, 1))
         ax.set_ylabel(value_label(unit))
-        figure.legend(loc="outside right upper")
+        if current().sides:
+            shared_legend(figure, ax)
+        else:
+            figure.legend(loc="outside right upper")
         heading(figure, title, model.name if model.name not in title else "")
     return figure

@@ -1,6 +1,7 @@
 """Shared by the in-plane figures: which curves of a scan are drawn, and fine grids for the curves of models."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,8 +66,20 @@ def first_set(flat: xr.Dataset) -> tuple[xr.Dataset, str]:
     first = {name: flat[name].values[0].item() for name in dataset.sets(flat)}
     if not first:
         return flat, ""
-    words = ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in first.items())
-    return dataset.select(flat, first), words
+    return dataset.select(flat, first), _words(first)
+
+
+def parted(flat: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Every set of a flat scan (channel, wavelength, mode ..) by what it is in words; one without words is all."""
+    names = dataset.sets(flat)
+    kinds = dict.fromkeys(zip(*(flat[name].values.tolist() for name in names), strict=True)) if names else {}
+    return {
+        _words(first): dataset.select(flat, first) for first in (dict(zip(names, kind, strict=True)) for kind in kinds)
+    } or {"": flat}
+
+
+def _words(chosen: Mapping[str, Any]) -> str:
+    return ", ".join(f"{k} {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in chosen.items())
 
 
 def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve], str]:

@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.geometry import Geometry
-from gonio.plotting.hemisphere import mark_directions, top_view
-from gonio.plotting.style import heading, house_style, new_figure
+from gonio.plotting.hemisphere import VIEW_WIDTH, mark_directions, top_view
+from gonio.plotting.page.sheet import side_by_side
+from gonio.plotting.style import explanation, heading, house_style, new_figure
 from gonio.polarisation import angle_of_linear_polarisation, degree_of_linear_polarisation
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]
     as seen from above: tangential is s, radial is p. Where the degree is below FAINTEST there is no stroke.
     """
     with house_style():
-        columns = min(len(panels), 2)
+        columns = min(len(panels), side_by_side(2, VIEW_WIDTH))
         rows = -(-len(panels) // columns)
         figure = new_figure(4.0 * columns + 0.9, 3.5 * rows + 0.7)
         axes = []
@@ -48,7 +49,8 @@ def polarisation(panels: Mapping[str, tuple[float, Callable[[Geometry], Values]]
             ax.set_title(name, pad=12)
             axes.append(ax)
         figure.colorbar(mesh, ax=axes, label="degree of linear polarisation [1]", shrink=0.75, pad=0.08)
-        heading(figure, title, "centre θᵣ = 0, rim 90°; angle φ; + specular direction; strokes: electric field")
+        words = "centre θᵣ = 0, rim 90°; angle φ; + specular direction; strokes: electric field"
+        heading(figure, title, explanation(words))
     return figure
 
 

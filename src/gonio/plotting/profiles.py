@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gonio.fitting.certainty.profile import Profile
-from gonio.plotting.style import COLOURS, heading, house_style, new_figure, shared_legend, symbol
+from gonio.plotting.style import colour, heading, house_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
 if TYPE_CHECKING:
@@ -39,15 +39,15 @@ def _draw(ax: "Axes", profile: Profile, uncertainty: float) -> None:
     from scipy.interpolate import PchipInterpolator
 
     low, high = profile.at[0], profile.at[-1]
-    ax.axvspan(max(profile.lower, low), min(profile.upper, high), color=COLOURS[0], alpha=0.12, linewidth=0, zorder=0)
+    ax.axvspan(max(profile.lower, low), min(profile.upper, high), color=colour(0), alpha=0.12, linewidth=0, zorder=0)
     logarithmic = low > 0 and high > DECADE * low
     fine = np.geomspace(low, high, 201) if logarithmic else np.linspace(low, high, 201)
     smooth = PchipInterpolator(profile.at, profile.rise)(fine) if low < high else np.zeros_like(fine)
-    ax.plot(fine, smooth**2, color=COLOURS[0], linewidth=1.5, label="profile")
-    ax.plot(profile.at, profile.rise**2, color=COLOURS[0], marker=".", markersize=4, linestyle="none")
+    ax.plot(fine, smooth**2, color=colour(0), linewidth=1.5, label="profile")
+    ax.plot(profile.at, profile.rise**2, color=colour(0), marker=".", markersize=4, linestyle="none")
     if np.isfinite(uncertainty):
         parabola = ((fine - profile.value) / uncertainty) ** 2
-        ax.plot(fine, parabola, color=COLOURS[1], linestyle="--", linewidth=1.2, label="standard uncertainty")
+        ax.plot(fine, parabola, color=colour(1), linestyle="--", linewidth=1.2, label="standard uncertainty")
     ax.axhline(profile.factor**2, color="0.4", linewidth=0.8, label=f"{100 * profile.level:g} % level")
     ax.set_xlabel(f"{symbol(profile.name)} [{unit_label(profile.unit) or '1'}]")
     if logarithmic:

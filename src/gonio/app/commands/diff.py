@@ -9,11 +9,12 @@ import typer
 from gonio import read
 from gonio.app import arguments
 from gonio.app.help_page import Example
-from gonio.app.options import NO_PIPES, OutputOptions, Select
+from gonio.app.options import NO_PIPES, OutputOptions, Select, refuse_unused
 from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.measured.dataset import select as select_sets
 from gonio.options import Option, Panel
+from gonio.plotting.page import Page, drawn_on
 from gonio.resampling.difference import difference
 
 if TYPE_CHECKING:
@@ -40,12 +41,19 @@ def command(
     ],
     output: OutputOptions,
     select: Select,
+    page: Page,
     out: Annotated[
         str,
-        Option("also draw a figure: NAME.png, NAME.svg, or NAME alone for both", metavar="FILE", panel=Panel.OUTPUT),
+        Option(
+            "also draw a figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format",
+            metavar="FILE",
+            panel=Panel.OUTPUT,
+        ),
     ] = "",
 ) -> None:
     """Compare two files at the directions of the second."""
+    refuse_unused(page, out)
+    target, suffixes = arguments.figure_target(out, page.suffixes)
     first, second = _selected([read(a), read(b)], select)
     found = difference(first, second)
     output.show(view.record(found, str(a), str(b)), view.tables(found, a.name, b.name))
@@ -53,10 +61,10 @@ def command(
         from gonio.plotting.difference import difference_figure
         from gonio.plotting.style import save
 
-        target, suffixes = arguments.figure_target(out)
-        for path in save(difference_figure(found, a.name, b.name), target, suffixes, output.force):
-            if output.json != "-":
-                show(f"wrote {path}")
+        with drawn_on(page):
+            for path in save(difference_figure(found, a.name, b.name), target, suffixes, output.force):
+                if output.json != "-":
+                    show(f"wrote {path}")
 
 
 def _selected(scans: "list[xr.Dataset]", choice: Mapping[str, str]) -> "list[xr.Dataset]":

@@ -45,7 +45,5 @@ def command(
     """Draw a model alone: curves, a hemisphere, or its polarisation."""
     from gonio.app.views import figures
 
-    drawn = figures.draw_model(
-        figure.value, surface.of(model), arguments.incidence_angles(theta_i), arguments.stokes(stokes)
-    )
-    output.save(drawn, f"{Path(model).stem}-{figure.value}")
+    alone, angles, light = surface.of(model), arguments.incidence_angles(theta_i), arguments.stokes(stokes)
+    output.save(lambda: figures.draw_model(figure.value, alone, angles, light), f"{Path(model).stem}-{figure.value}")

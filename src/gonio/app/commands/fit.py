@@ -1,13 +1,13 @@
 """`gonio fit`: the model that describes a scan, or a model that is named, fitted to one scan or several jointly."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from gonio.app.answering import AnswerOptions, watched
 from gonio.app.help_page import Example
-from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models
+from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models, refuse_unused
 from gonio.app.output import emit_json, show
 from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
@@ -20,6 +20,7 @@ from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.options import Option, Panel
+from gonio.plotting.page import Page, drawn_on
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +52,7 @@ class FitOptions(AnswerOptions):
         Option("fit several scans together: one shape for all, weights for each", panel=Panel.DATA),
     ] = False
     out: Annotated[str, Option("write the fit, its JSON and its figures to this folder", metavar="DIR")] = ""
+    page: Page = field(default_factory=Page)
 
 
 def command(
@@ -68,6 +70,7 @@ def command(
     Without --model every model of the catalogue is tried, and ranked by what it predicts at directions that its fit was
     not shown. With --model that one is fitted. Several scans are fitted together by --joint.
     """
+    refuse_unused(fitted.page, fitted.out)
     data = scan.read_joint(scans, fitted.joint)
     models = chosen_models(model) if model else answering.everything()
     if len(models) == 1:
@@ -85,27 +88,29 @@ def command(
     if out:
         with filling(out, output.force) as folder:
             emit_json(record, str(folder / "fit.json"))
-            _write(folder, found.problem.data, row, answers)
+            _write(fitted.page, folder, found.problem.data, row, answers)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, chain(answer_report.lines(which, found), fit_report.lines(which, row, scrutiny, answers)))
     if out and output.json != "-":
         show(f"wrote {out}/")
 
 
-def _write(folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -> None:
+def _write(page: Page, folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -> None:
     """The solution as a file, and the figures that it has something for."""
     from gonio.app.views import figures
     from gonio.plotting.profiles import profiles
     from gonio.plotting.style import save
-    from gonio.results.figures import has_spectra
+    from gonio.results.figures import View, has_spectra
 
     solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
     solution.save(folder / "solution.nc")
     kinds = ["curves", "residuals", "components"] + ["convergence"] * (solution.dataset.attrs["solver"] == "anneal")
     kinds += ["spectra"] * has_spectra(solution)
     for kind in kinds:
-        drawn = figures.draw(kind, {row.model.name: (data, [row])}, banded=kind == "curves")
-        save(drawn, folder / kind)
+        with drawn_on(page):
+            drawn = figures.draw(kind, {row.model.name: (data, [row])}, View(banded=kind == "curves"))
+            save(drawn, folder / kind, page.suffixes)
     if answers.profiles:
-        shown = profiles(answers.profiles, row.solution.uncertainties, title=row.model.name)
-        save(shown, folder / "profiles")
+        with drawn_on(page):
+            shown = profiles(answers.profiles, row.solution.uncertainties, title=row.model.name)
+            save(shown, folder / "profiles", page.suffixes)

@@ -21,10 +21,20 @@ from gonio.results.prediction import row_of
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gonio.results.figures import View
+
 EXAMPLES = (
     Example("gonio plot scan.csv", "Draw the scan and four models fitted to it"),
     Example('gonio plot scan.csv --models "" --out scan.png', "Draw the measured values alone"),
+    Example(
+        "gonio plot scan.csv --models ggx --size 85x60mm --font 8 --out fig.pdf", "Draw it for a column of a journal"
+    ),
+    Example(
+        "gonio plot scan.csv --models ggx --scale log --theta-i 10,30",
+        "Draw two incidence angles on a logarithmic axis",
+    ),
     Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
+    Example('gonio plot a.csv b.csv --models "" --together', "Draw all wavelengths of two samples in one figure"),
     Example(
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
     ),
@@ -44,6 +54,14 @@ class Figure(StrEnum):
     ERRORS = "errors"
 
 
+class Scale(StrEnum):
+    """The scale of an axis of values."""
+
+    BOTH = "both"
+    LINEAR = "linear"
+    LOG = "log"
+
+
 @dataclass(frozen=True, kw_only=True)
 class DrawingOptions:
     """What is drawn, and how."""
@@ -53,6 +71,23 @@ class DrawingOptions:
     models: ModelNames = FOUR
     normalised: Annotated[bool, Option("divide each curve by its value at the specular angle")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
+    scale: Annotated[Scale, Option("scale of the values of curves and components")] = Scale.BOTH
+    theta_i: Annotated[str, Option("draw these incidence angles only, with commas", metavar="DEG,..")] = ""
+
+    together: Annotated[bool, Option("draw curves of all channels, wavelengths or scans in the same panels")] = False
+
+    def view(self) -> "View":
+        """What of a scan is drawn, and how; ValueError for what is no angle of incidence."""
+        from gonio.plotting.style import SCALES
+        from gonio.results.figures import View
+
+        return View(
+            normalised=self.normalised,
+            banded=self.band,
+            together=self.together,
+            scales=SCALES if self.scale is Scale.BOTH else (self.scale.value,),
+            theta_i=arguments.incidence_angles(self.theta_i) if self.theta_i else (),
+        )
 
 
 def command(
@@ -66,9 +101,13 @@ def command(
     """Draw a scan, or a fit's solution.nc, with the models fitted to it."""
     from gonio.app.views import contents, figures
 
+    kind = drawing.figure.value
+    name = f"{scans[0].stem}-{kind}"
+    output.target(name)  # refused before the fits
+    view = drawing.view()
     names = arguments.listed(drawing.models)
-    stored = {name: fit for name in names if (fit := contents.fit_named(name)) is not None}
-    models = chosen_models(",".join(name for name in names if name not in stored))
+    stored = {one: fit for one in names if (fit := contents.fit_named(one)) is not None}
+    models = chosen_models(",".join(one for one in names if one not in stored))
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
@@ -80,10 +119,8 @@ def command(
             rows = [row_of(one, data) for one in (*fits, *stored.values())]
             if fitted and models:
                 rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
-            ranked[title] = (data, rows)
-    kind = drawing.figure.value
-    drawn = figures.draw(kind, ranked, normalised=drawing.normalised, banded=drawing.band)
-    output.save(drawn, f"{scans[0].stem}-{kind}")
+            ranked[str(path) if title in ranked else title] = (data, rows)
+    output.save(lambda: figures.draw(kind, ranked, view), name)
 
 
 def _of(path: Path, solution: Solution, scan: ScanOptions) -> "xr.Dataset":

@@ -10,13 +10,16 @@ import xarray as xr
 from gonio.app.views.evaluation import Surface
 from gonio.comparison import METRICS, Row
 from gonio.geometry import Geometry
+from gonio.measured import dataset
 from gonio.model import Model
 from gonio.plotting.error_bars import error_bars
 from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.model_curves import model_curves
+from gonio.plotting.panels import parted
 from gonio.plotting.polarisation import polarisation
+from gonio.plotting.together.samples import samples
 from gonio.polarisation import reflected
-from gonio.results.figures import MOST_PANELS, drawn, named
+from gonio.results.figures import MOST_PANELS, WHOLE, View, at_incidence, drawn, named
 from gonio.results.figures import OF_FITS as OF_ONE_SCAN
 
 if TYPE_CHECKING:
@@ -26,22 +29,43 @@ Ranked = Mapping[str, tuple[xr.Dataset, Sequence[Row]]]
 OF_FITS = (*OF_ONE_SCAN, "errors")  # figures that show nothing of a scan alone
 
 
-def draw(kind: str, ranked: Ranked, normalised: bool = False, banded: bool = False) -> "Figure":
-    """One figure of scans with the models fitted to them, the best first; only `errors` takes several scans.
+def draw(kind: str, ranked: Ranked, view: View = WHOLE) -> "Figure":
+    """One figure of scans with the models fitted to them, the best first; `curves` and `errors` take several scans.
 
-    normalised, banded: for `curves`, over their specular value or with 95 % bands.
     Raises ValueError where the figure cannot show what it was given.
     """
-    if banded and (normalised or kind != "curves"):
+    if view.banded and (view.normalised or kind != "curves"):
         raise ValueError("bands are drawn on curves that are not normalised: leave out --band, or the other option")
     if kind in OF_FITS and not all(rows for _, rows in ranked.values()):
         raise ValueError(f"{kind} shows fits, and no model was fitted: name one with --models")
+    if view.together and kind != "curves":
+        raise ValueError(f"{kind} does not show several sets together: leave --together out, or draw curves")
     if kind == "errors":
+        if view.theta_i or view.scales != WHOLE.scales:
+            raise ValueError("errors shows all incidence angles on a linear scale: leave --scale and --theta-i out")
         return _errors(ranked)
+    if kind == "curves" and (len(ranked) > 1 or view.together):
+        return _together(ranked, view)
     if len(ranked) > 1:
-        raise ValueError(f"{kind} shows one scan: give one, or draw errors")
+        raise ValueError(f"{kind} shows one scan: give one, or draw curves or errors")
     (name, (scan, rows)), *_ = ranked.items()
-    return drawn(kind, name, scan, named(rows), normalised, banded)
+    return drawn(kind, name, scan, named(rows), view)
+
+
+def _together(ranked: Ranked, view: View) -> "Figure":
+    """Curves of several scans, or of all sets of one, in the same panels."""
+    if view.normalised or view.banded:
+        raise ValueError("several sets in one panel have no bands and are not normalised: leave these options out")
+    data: dict[str, tuple[xr.Dataset, Mapping[str, Callable[[xr.Dataset], Any]]]] = {}
+    for name, (scan, rows) in ranked.items():
+        flat = at_incidence(scan, view.theta_i) if view.theta_i else dataset.points(scan)
+        parts = parted(flat) if view.together else {"": flat}
+        for word, part in parts.items():
+            data[" ".join(text for text in (name * (len(ranked) > 1 or not word), word) if text)] = (
+                part,
+                predictors(rows),
+            )
+    return samples(data, title="" if len(ranked) > 1 else next(iter(ranked)), scales=view.scales)
 
 
 def predictors(rows: Sequence[Row]) -> dict[str, Callable[[xr.Dataset], Any]]:

@@ -22,7 +22,9 @@ from gonio.measured.distinct import combined
 
 LOOKED_AT = 160  # points
 LOOK = Projection()
-RACE = Projection(searches=2)  # of the full fits that are compared; those at the front are then searched to the end
+RACE = Projection(
+    searches=2, max_steps=500
+)  # of the full fits that are compared; those at the front are then searched to the end
 SPREAD = 1.8  # times the least error: beyond it no model of the measured scans predicted best
 FIRST = 8  # models that are looked at before the others: those of most values, which come near to most scans
 TWICE = 2.0  # times the error that is hopeless: so far above, other starts do not help

@@ -19,7 +19,8 @@ from gonio.fitting.search.solver import Solver
 from gonio.processes import Crew
 
 ROUGHLY = 1e-4  # relative change of a cost that ends the validation of a model in the race
-FINALISTS = 2  # models that are fitted by all searches
+FINALISTS = 2  # models at most that are fitted by all searches
+CLOSE = 1.15  # times the least left-out error: beyond it more searches do not bring a model to the front
 LOOKED, RAN = 0.3, 0.95  # of the time when every model was looked at, and when all were fitted
 
 
@@ -73,7 +74,8 @@ class Run:
         """Models in the order of their first looks, as many at a time as there are workers, while one may come first.
 
         They are fitted by few searches. Without hope is a model whose first look is worse than what the best so far
-        predicts, and one whose fit is, which is not validated. The two at the front are then fitted by all searches.
+        predicts, and one whose fit is, which is not validated. The best, and a second that is close to it, are then
+        fitted by all searches.
         """
         rows: dict[int, Row] = {}
         least, together = math.inf, max(self.asked.workers, 2)
@@ -84,7 +86,8 @@ class Run:
         if not self.left_out:
             return list(rows.values())
         rows = {k: row for k, row in rows.items() if row.validated}
-        front = sorted(rows, key=lambda k: _root(rows[k], rows[k].validated))[:FINALISTS]
+        order = sorted(rows, key=lambda k: _root(rows[k], rows[k].validated))
+        front = [k for k in order if _root(rows[k], rows[k].validated) <= CLOSE * least][:FINALISTS]
         if self.asked.solver in (None, Projection()):
             rows |= self._fits(front, self.asked.solver)
         return list(rows.values())

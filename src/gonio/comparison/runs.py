@@ -77,15 +77,17 @@ class Run:
         predicts, and one whose fit is, which is not validated. The best, and a second that is close to it, are then
         fitted by all searches.
         """
+        if not self.left_out:
+            return self.fitted(runners)
         rows: dict[int, Row] = {}
         least, together = math.inf, max(self.asked.workers, 2)
         for start in range(0, len(runners), together):
             some = [k for k in runners[start : start + together] if looks[k] <= HOPE * least]
             rows |= self._fits(some, RACE if self.asked.solver in (None, Projection()) else self.asked.solver, least)
             least = min([least, *(_root(row, row.validated) for row in rows.values() if row.validated)])
-        if not self.left_out:
-            return list(rows.values())
         rows = {k: row for k, row in rows.items() if row.validated}
+        if not rows:  # none predicts a number
+            return self.fitted(runners)
         order = sorted(rows, key=lambda k: _root(rows[k], rows[k].validated))
         front = [k for k in order if _root(rows[k], rows[k].validated) <= CLOSE * least][:FINALISTS]
         if self.asked.solver in (None, Projection()):

@@ -91,7 +91,7 @@ def replacing(path: str | Path, force: bool = False) -> Iterator[Path]:
 def _log_written(path: Path) -> None:
     """Tell `logging` of what has its name now; not of what lies in a temporary folder."""
     if not any(part.startswith(TEMPORARY) for part in path.parts):
-        logging.getLogger(__name__).info("wrote %s", path)
+        logging.getLogger(__name__).info("wrote %s", printable(str(path)))
 
 
 @contextmanager

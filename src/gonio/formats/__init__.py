@@ -18,6 +18,7 @@ from gonio.formats.format import Format
 from gonio.measured.dataset import DIRECTIONS, add_history, modes, unit
 from gonio.measured.sound import missing
 from gonio.model import NearestNames
+from gonio.outside import printable
 from gonio.tables.request import Request
 
 HEAD = 4096  # bytes that a format may look at to recognise a file
@@ -88,7 +89,9 @@ def read(path: str | Path) -> xr.Dataset:
     """Read a scan from a file of any known format. Raises FormatError with the file, the place in it and the remedy."""
     recognised = recognise(path)
     scan = recognised.read(Path(path))
-    logging.getLogger(__name__).info("read %s as %s: %s values", path, recognised.title, scan["brdf"].size)
+    logging.getLogger(__name__).info(
+        "read %s as %s: %s values", printable(str(path)), recognised.title, scan["brdf"].size
+    )
     return add_history(scan, f"read from {Path(path).name} as {recognised.title}")
 
 

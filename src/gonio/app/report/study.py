@@ -110,7 +110,9 @@ def _surface(constants: Published, seed: int) -> Sample:
         free=fit(Problem(model, scan, grouped=grouped)),
         half_width=widest_angle(readings),
         half_width_with_floor=str(half_widths(scan, floor=0.0)[-1].status),
-        rows=compare(scan, [catalogue[n] for n in names], by="nrmse", held={"sigma": sigma}, grouped=grouped),
+        rows=compare(
+            scan, [catalogue[n] for n in names], by="nrmse", held={"sigma": sigma}, grouped=grouped, weighting="uniform"
+        ),
     )
 
 

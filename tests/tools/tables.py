@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from samples.workbooks import write
+from workbooks import write
 
 TEXTS = {
     "long.csv": "AOI;AOS;BSDF [1/sr];U (k=2)\n10,0;-60,0;0,0123;0,001\n10,0;10,0;0,383;0,002\n30,0;30,0;0,41;0,01\n",

@@ -8,7 +8,7 @@ from gonio.files import FormatError
 from gonio.tables.read import understood
 from gonio.tables.request import Request
 
-MOST_BYTES = 16 * 2**20  # a larger file is not looked through for the sake of a message
+MOST_BYTES = 2**20  # a larger file is not looked through for the sake of a message: gonio import reads it
 
 
 def read_stated(path: Path, refused: FormatError) -> xr.Dataset:

@@ -128,7 +128,7 @@ class TestAnswer:
         assert solution.answer["verdict"]["grade"] == "good"
 
     def test_results_do_not_depend_on_the_number_of_processes(self, found):
-        parallel = answer(simulated(), FEW, Asked(workers=2))
+        parallel = answer(simulated(), FEW, Asked(workers=3))
         assert [row.solution.values for row in parallel.rows] == [row.solution.values for row in found.rows]
 
     def test_two_incidence_angles_are_left_out_in_parts(self):
@@ -218,12 +218,14 @@ class TestVerdict:
         assert found.grade == "fair"
 
     def test_words(self):
-        fair = Verdict("gonio-best", "fair", 0.09, 0.14, 0.03)
+        fair = Verdict("gonio-best", "log10_rmse", "fair", 0.09, 0.14, 0.03)
         assert fair.words == (
             "gonio-best describes this scan: typical error 9 % (left out: 14 %), the scan's own scatter 3 %: fair"
         )
-        none = Verdict("lambert", "none", 3.0, 4.0, math.nan)
+        none = Verdict("lambert", "log10_rmse", "none", 3.0, 4.0, math.nan)
         assert none.words == "no model here describes this scan: the best, lambert, is off by a factor of 5"
+        values = Verdict("lambert", "E", "none", 1.0, 1.0, math.nan)
+        assert values.words.endswith("the best, lambert, is off by 100 % of the weighted signal")
 
     def test_scatter_is_the_noise_of_a_smooth_curve(self):
         """Of 161 values with 2 % noise: the median absolute difference has a standard error of 8 %."""

@@ -44,7 +44,7 @@ The choice and its reason are printed, and are in the JSON under `weighting`.
 
 ## 3 The models
 
-Every model of the catalogue is fitted to {race.LOOKED_AT} points by a few rough searches. Those within {race.SPREAD:g} times the least error, {race.FEWEST} at least
+Every model of the catalogue is quickly fitted to {race.LOOKED_AT} points by a few rough searches. Those within {race.SPREAD:g} times the least error, {race.FEWEST} at least
 and {race.MOST} at most, are fitted by a few searches, the best first, as long as one may still predict better than the best so far; the best, and a second
 within {(runs.CLOSE - 1):.0%} of it, are then fitted by all searches. None of this proves that the others are worse; `--models all` of `gonio compare` fits all.
 Of more than {answer.RACED} points, so many stand for all while models are compared, and the best is then fitted to all.

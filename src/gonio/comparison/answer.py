@@ -55,8 +55,9 @@ def _finite(value: float | None) -> float | None:
 class Answer:
     """What was found about one scan.
 
-    rows: the models that were fitted in full, the best first; the first is of all points. problem: that of the first.
-    dropped: the other models by the error of the first look, a root of E on few points. raced: on how many points
+    rows: the models that were validated, or else fitted, the best first; the first is of all points. problem: that of
+    the first. dropped: the others, with the error of the first look, a root of E on few points: that look or a fit by
+    few searches said that they do not come first. raced: on how many points
     models were compared. left_out: what was left out in turn, or nothing. contradicted: values of the scan that no fit
     was shown.
     """
@@ -91,7 +92,9 @@ class Answer:
         """The answer beside the fit itself, as plain data."""
         attrs, best = self.best.solution.dataset.attrs, self.best
         validated = {name: _finite(value) for name, value in best.validated.items()}
-        found = {name: value for name, value in self.verdict._asdict().items() if name not in ("model", "grade")}
+        found = {
+            name: value for name, value in self.verdict._asdict().items() if name not in ("model", "metric", "grade")
+        }
         return {
             "weighting": {"name": attrs["weighting"], "reason": attrs["weighting_reason"] or "it was asked for"},
             "metric": best.metric,

@@ -19,6 +19,7 @@ from gonio.fitting.search.solver import Solver
 from gonio.processes import Crew
 
 ROUGHLY = 1e-4  # relative change of a cost that ends the validation of a model in the race
+TOGETHER = 2  # models that are fitted before the least error is looked at: the same whatever the number of workers
 FINALISTS = 2  # models at most that are fitted by all searches
 CLOSE = 1.15  # times the least left-out error: beyond it more searches do not bring a model to the front
 LOOKED, RAN = 0.3, 0.95  # of the time when every model was looked at, and when all were fitted
@@ -71,7 +72,7 @@ class Run:
     done: int = 0
 
     def race(self, runners: Sequence[int], looks: Mapping[int, float]) -> list[Row]:
-        """Models in the order of their first looks, as many at a time as there are workers, while one may come first.
+        """Models in the order of their first looks, TOGETHER at a time, while one may come first.
 
         They are fitted by few searches. Without hope is a model whose first look is worse than what the best so far
         predicts, and one whose fit is, which is not validated. The best, and a second that is close to it, are then
@@ -80,9 +81,9 @@ class Run:
         if not self.left_out:
             return self.fitted(runners)
         rows: dict[int, Row] = {}
-        least, together = math.inf, max(self.asked.workers, 2)
-        for start in range(0, len(runners), together):
-            some = [k for k in runners[start : start + together] if looks[k] <= HOPE * least]
+        least = math.inf
+        for start in range(0, len(runners), TOGETHER):
+            some = [k for k in runners[start : start + TOGETHER] if looks[k] <= HOPE * least]
             rows |= self._fits(some, RACE if self.asked.solver in (None, Projection()) else self.asked.solver, least)
             least = min([least, *(_root(row, row.validated) for row in rows.values() if row.validated)])
         rows = {k: row for k, row in rows.items() if row.validated}

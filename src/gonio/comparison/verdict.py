@@ -27,11 +27,13 @@ FEWEST = 20  # differences that show a scatter
 class Verdict(NamedTuple):
     """How well a model describes a scan. Errors are parts of the value; NaN where there is none.
 
-    grade: good, fair, poor, or none where no model that was tried describes the scan. typical_error: over the points
-    that were fitted. left_out_error: over directions that the fit was not shown. scatter: of the scan itself.
+    metric: in which the errors were found. grade: good, fair, poor, or none where no model that was tried describes the
+    scan. typical_error: over the points that were fitted. left_out_error: over directions that the fit was not shown.
+    scatter: of the scan itself.
     """
 
     model: str
+    metric: str
     grade: str
     typical_error: float
     left_out_error: float
@@ -42,7 +44,8 @@ class Verdict(NamedTuple):
         """The verdict as a sentence."""
         error = self.typical_error if math.isnan(self.left_out_error) else self.left_out_error
         if self.grade == "none":
-            return f"no model here describes this scan: the best, {self.model}, is off by {_off(error)}"
+            off = _factor(error) if self.metric == "log10_rmse" else f"{_percent(error)} of the weighted signal"
+            return f"no model here describes this scan: the best, {self.model}, is off by {off}"
         left_out = "" if math.isnan(self.left_out_error) else f" (left out: {_percent(self.left_out_error)})"
         scatter = "" if math.isnan(self.scatter) else f", the scan's own scatter {_percent(self.scatter)}"
         typical = f"typical error {_percent(self.typical_error)}"
@@ -58,7 +61,7 @@ def verdict(row: Row, points: xr.Dataset) -> Verdict:
     grade = _grade(typical if math.isnan(left_out) else left_out, own)
     if math.isnan(left_out) and grade == "good":
         grade = "fair"  # what predicts nothing that it was not shown is not known to be good
-    return Verdict(row.model.name, grade, typical, left_out, own)
+    return Verdict(row.model.name, metric, grade, typical, left_out, own)
 
 
 def as_part(metric: str, value: float) -> float:
@@ -115,6 +118,6 @@ def _percent(part: float) -> str:
     return f"{percent:.0f} %" if percent >= 1 else f"{percent:.1g} %"
 
 
-def _off(part: float) -> str:
+def _factor(part: float) -> str:
     """An error of more than the value, as a factor."""
     return f"a factor of {1 + part:.2g}" if part < 1e3 else f"a factor of {1 + part:.0e}"

@@ -18,7 +18,7 @@ def read_stated(path: Path, refused: FormatError) -> xr.Dataset:
     what the user alone knows.
     """
     if path.stat().st_size > MOST_BYTES:
-        raise refused
+        raise FormatError(path, f"{refused.what}; if it is a table, {Request().command(path)} reads it", refused.where)
     try:
         table = understood(path, Request())
     except FormatError as error:

@@ -33,11 +33,10 @@ def head_lines(which: str, answer: "Answer") -> Iterator[Any]:
 
 
 def dropped_lines(answer: "Answer") -> Iterator[str]:
-    """Which models were looked at and not fitted in full; nothing where all were fitted."""
+    """Which models were looked at and did not come near; nothing where all were fitted to the end."""
     if answer.dropped:
-        yield (
-            f"far worse at a first look, so not fitted in full (--models all fits them): {', '.join(answer.dropped)}"
-        )
+        names = ", ".join(answer.dropped)
+        yield f"not ranked, as quick fits say that they do not come first (--models all ranks them): {names}"
 
 
 def _points(answer: "Answer") -> str:
@@ -91,7 +90,7 @@ def ranking(answer: "Answer") -> "Table":
     others = len(answer.rows) - MOST
     words = [f"{others} more models were fitted"] if others > 0 else []
     if answer.dropped:
-        words.append(f"{len(answer.dropped)} were far worse at a first look")
+        words.append(f"{len(answer.dropped)} more do not come first, as quick fits say")
     if answer.raced < len(answer.problem.measured):
         words.append(f"models were compared on {answer.raced} of {len(answer.problem.measured)} points")
     out.caption, out.caption_justify = "; ".join([*words, "gonio compare SCAN shows all"]), "left"

@@ -45,6 +45,9 @@ FAULTS = {
     "scan_weight is below zero": lambda data: data.assign(scan_weight=-data["scan_weight"]),
     "scan_brdf holds what is no number": lambda data: data.assign(scan_brdf=data["scan_brdf"] / 0),
     "scan_phi has the dimensions": lambda data: data.assign(scan_phi=("step", data["scan_phi"].values[:1])),
+    "the attribute answer cannot be read": lambda data: data.assign_attrs(answer='{"verdict": {}}'),
+    r"the attribute answer cannot be read \(it is no answer": lambda data: data.assign_attrs(answer="[" * 100_000),
+    r"the attribute answer cannot be read \(Expecting": lambda data: data.assign_attrs(answer="{"),
     "holds no solution of a fit": lambda data: data.assign_attrs(content="a song"),
 }
 

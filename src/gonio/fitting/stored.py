@@ -192,7 +192,7 @@ class _Stored:
         # Written so that NaN is refused: every comparison with it is false.
         if not (0 <= attrs["points"] < LARGEST and 0 <= attrs["effective_values"] < LARGEST):
             raise self.refuse("the number of points or of values is not one that a fit can have")
-        self._parsed("answer", lambda: _is_answer(attrs["answer"]))
+        self._parsed("answer", lambda: _refuse_strange_answer(attrs["answer"]))
         self._parsed("smooth", lambda: [Smooth.parsed(text.partition("=")[2]) for text in attrs["smooth"].split()])
         cones = {name.removeprefix("instrument_"): attrs[name] for name in attrs if name.startswith("instrument_")}
         cones.pop("error")
@@ -240,10 +240,18 @@ class _Stored:
             raise self.refuse("an uncertainty is below zero", "uncertainty")
 
 
-def _is_answer(text: str) -> None:
-    """ValueError for what is neither empty nor a JSON object, which `Solution.answer` would not read."""
-    if text and not isinstance(json.loads(text), dict):
-        raise ValueError("it is no JSON object")
+def _refuse_strange_answer(text: str) -> None:
+    """ValueError for what is neither empty nor a JSON object with all that is read of `Solution.answer`."""
+    if not text:
+        return
+    try:
+        found = json.loads(text)
+        words, tried, left_out = found["verdict"]["words"], found["tried"], found["contradicted"]
+        counts = [one["points"] for one in left_out]
+    except (KeyError, TypeError, RecursionError) as error:
+        raise ValueError("it is no answer of a fit") from error
+    if not (isinstance(words, str) and isinstance(tried, list) and all(type(count) is int for count in counts)):
+        raise ValueError("it is no answer of a fit")
 
 
 def _is_number(text: str) -> bool:

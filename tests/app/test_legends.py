@@ -16,6 +16,13 @@ TWO = (
 )
 
 
+@pytest.fixture(autouse=True)
+def few(monkeypatch):
+    """A catalogue of four models: the legend does not depend on how many are tried."""
+    names = ("torrance-sparrow", "wang-2016", "cauchy-lorentz", "ggx")
+    monkeypatch.setattr("gonio.comparison.answer.everything", lambda: [catalogue[name] for name in names])
+
+
 @pytest.fixture
 def scan(tmp_path):
     given = {"ks": 0.3, "kd": 0.1, "sigma": 0.2}

@@ -152,6 +152,8 @@ def _raced(
     """What `problems_of` takes for the points on which models are compared."""
     points = dataset.points(scan)
     rows = sample_rows(points, RACED)
+    if len(rows) == points.sizes["direction"]:
+        return scan, models, settings
     weights = settings.point_weights
     settings = replace(settings, point_weights=None if weights is None else weights[rows])
     return points.isel(direction=rows), models, settings

@@ -217,14 +217,17 @@ class Solution(Readable):
         """Values, uncertainties and units as plain data, by parameter.
 
         A grouped parameter has the names of its coordinates under `by` and a record for each group under `values`.
-        `uncertainty_systematic` is there if the scan stated it, and `held` for held parameters.
+        `uncertainty_systematic` is there if the scan stated it, `held` for held parameters, and `at_bound` for values
+        that lie on a bound of the fit, of which the uncertainty says nothing.
         """
         out: dict[str, dict[str, Any]] = {}
         columns = ["value", "uncertainty"] + ["uncertainty_systematic"] * self.has_systematic
         for name, part in self._by_name():
+            rows = zip(*(part[n].values.tolist() for n in columns), strict=True)
+            pinned = part["at_bound"].values.tolist()
             pairs = [
-                dict(zip(columns, row, strict=True))
-                for row in zip(*(part[n].values.tolist() for n in columns), strict=True)
+                dict(zip(columns, row, strict=True)) | ({"at_bound": True} if at else {})
+                for row, at in zip(rows, pinned, strict=True)
             ]
             unit, by = str(part["unit"].values[0]), str(part["by"].values[0])
             if by:

@@ -52,6 +52,8 @@ def _by_group(by: str, parameters: Mapping[str, Any]) -> "Table":
 
 
 def _stated(found: Mapping[str, float]) -> str:
+    if found.get("at_bound"):
+        return f"{figure(found['value'])} (at its bound)"
     return uncertain(found["value"], found["uncertainty"], found.get("uncertainty_systematic", math.nan))
 
 

@@ -11,6 +11,7 @@ import zipfile
 import pytest
 
 from gonio import read
+from gonio.app import arguments
 from gonio.app.program import COMMANDS
 from gonio.files import FormatError
 
@@ -136,3 +137,13 @@ def test_help_says_what_no_input_is(run):
         words = " ".join(out.split())
         takes_files = any(said in words for said in ("a measured scan", "measured scans", "the file that is compared"))
         assert ("not pipes or -" in words) == (takes_files or command == "check"), command
+
+
+def test_pairs_of_numbers_may_share_one_text():
+    """One flag for several values, as others take lists; the names of groups may hold commas."""
+    assert arguments.numbers(["a=1,b=2", "ks[30,R]=3, c-d=4"], "--set") == {"a": 1, "b": 2, "ks[30,R]": 3, "c-d": 4}
+    assert arguments.held(["gamma=half-width,n=1"], "--hold") == {"gamma": "half-width", "n": 1}
+    assert arguments.bounds(["gamma=5:90,sigma=0:1"], "--bound") == {"gamma": (5, 90), "sigma": (0, 1)}
+    assert arguments.groups(["ks=theta_i,channel"], "--group") == {"ks": ("theta_i", "channel")}
+    with pytest.raises(ValueError, match="--hold a is '1,2', not a number"):
+        arguments.held(["a=1,2"], "--hold")

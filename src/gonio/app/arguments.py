@@ -1,7 +1,8 @@
 """Text of the command line into values; every refusal says how the text should look."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ from gonio.fitting.objective.smooth import Smooth, Smoothing
 from gonio.options import one_of
 from gonio.plotting.page import FORMATS
 from gonio.polarisation import stokes as check_stokes
+
+NEXT_PAIR = re.compile(r",(?=\s*\w[\w-]*(?:\[[^\]]*\])?\s*=)")  # the comma before a further name=
 
 
 class Text(NamedTuple):
@@ -31,6 +34,12 @@ def pairs(texts: Iterable[str], option: str) -> dict[str, str]:
     return out
 
 
+def several(texts: Iterable[str]) -> Iterator[str]:
+    """Pairs whose values are numbers may share a text: `a=1,b=2`, `ks[30,R]=1`."""
+    for text in texts:
+        yield from NEXT_PAIR.split(text)
+
+
 def number(text: str, what: str) -> float:
     """A finite number; ValueError with what it was meant to be."""
     try:
@@ -43,15 +52,15 @@ def number(text: str, what: str) -> float:
 
 
 def numbers(texts: Iterable[str], option: str) -> dict[str, float]:
-    """`["a=1"]` as numbers by name."""
-    return {name: number(value, f"{option} {name}") for name, value in pairs(texts, option).items()}
+    """`["a=1"]` or `["a=1,b=2"]` as numbers by name."""
+    return {name: number(value, f"{option} {name}") for name, value in pairs(several(texts), option).items()}
 
 
 def held(texts: Iterable[str], option: str) -> dict[str, float | str]:
     """`sigma=0.142`, or `gamma=half-width` to have it read from the scan as the paper does."""
     return {
         name: value if value == HALF_WIDTH else number(value, f"{option} {name}")
-        for name, value in pairs(texts, option).items()
+        for name, value in pairs(several(texts), option).items()
     }
 
 
@@ -74,7 +83,7 @@ def smooth(texts: Iterable[str], option: str) -> dict[str, Smooth]:
 def bounds(texts: Iterable[str], option: str) -> dict[str, tuple[float, float]]:
     """`gamma=5:90`."""
     out = {}
-    for name, value in pairs(texts, option).items():
+    for name, value in pairs(several(texts), option).items():
         lower, colon, upper = value.partition(":")
         if not colon:
             raise ValueError(f"{option} {name}={value} is not of the form name=lower:upper")

@@ -81,7 +81,7 @@ class ProblemOptions:
     held: Annotated[
         Mapping[str, Held],
         Option(
-            "fix a parameter at a value instead of fitting it: sigma=0.14; gamma=half-width fixes gamma at the half "
+            "fix parameters at values instead of fitting them: sigma=0.14,kd=0; gamma=half-width fixes gamma at the half "
             "width of the scan's own lobe",
             "--hold",
             "NAME=VALUE",

@@ -21,6 +21,15 @@ def means(row: dict[str, Any]) -> list[object]:
     return [row["surface"], row["noise"], *percents(mean | {"band": row["band"]})]
 
 
+def overall(rows: list[dict[str, Any]]) -> str:
+    """The mean of the default intervals over all parameters of all surfaces, and the least and the most of them."""
+    rates = [100 * of_parameter["robust"] for row in rows for of_parameter in row["rates"].values()]
+    return (
+        f"Over all {len(rates)} parameters below, intervals of the default, the robust covariance, contain the true value in\n"
+        f"{fmean(rates):.1f} % of the repetitions on average, in {min(rates):.0f} to {max(rates):.0f} % for each parameter."
+    )
+
+
 def page(record: dict[str, Any]) -> str:
     setting, cases = record["setting"], list(record["cases"].values())
     simulated = [row for row in cases if "resampled" not in row]
@@ -60,6 +69,8 @@ value.
 {setting["scans"]} repetitions, the percentage for one parameter has a standard uncertainty of {spread:.1f}.
 
 {table(["surface", "noise", *kinds, "band [%]"], map(means, simulated), 2)}
+
+{overall(simulated)}
 
 ## Each parameter
 

@@ -15,7 +15,7 @@ HEAD = """# Formats: what gonio reads and writes
 
 Made by `make docs` from the declarations in `src/gonio/formats`; `gonio formats` prints the table.
 
-A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
+gonio reads COUNT formats. A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
 relative data in a.u., and `gonio info FILE` says which, what the file stored, and what was done to it. A format that has no
 public grammar (TracePro, ASAP) is not promised. Any other table, also of a workbook, is read by `gonio import` ([my own table](tables.md)).
 
@@ -57,7 +57,7 @@ LEGEND
 def main() -> None:
     """Write the page."""
     text = (
-        HEAD.replace("LEGEND", f"{LEGEND[0].upper()}{LEGEND[1:]}.")
+        HEAD.replace("COUNT", str(len(rows()))).replace("LEGEND", f"{LEGEND[0].upper()}{LEGEND[1:]}.")
         + "\n".join([_row(HEADINGS), "|" + "---|" * len(HEADINGS), *(_row(r) for r in rows())])
         + "\n"
     )

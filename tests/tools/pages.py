@@ -1,4 +1,4 @@
-"""The blocks of a page in Markdown, run one after the other as a reader would: files, commands, Python, what they print.
+"""The blocks of a page in Markdown, run one after the other as a reader would: files, commands, Python, printed text.
 
 - A block after a line that ends in "`NAME`:" is the file NAME.
 - `python` is run; all blocks of a page share their names.
@@ -92,11 +92,13 @@ class Reader:
         assert words[0] == "gonio", f"{where}: {words[0]} is not run; mark the block `{NOT_RUN}WHY`"
         from gonio.app.cli import main
 
+        code: object = 0
         with mock.patch.object(sys, "argv", words), contextlib.redirect_stderr(io.StringIO()) as err:
             try:
                 main()
             except SystemExit as end:
-                assert not end.code, f"{where}: {line}: {err.getvalue()}"
+                code = end.code
+        assert not code, f"{where}: {line}: {err.getvalue()}"
 
 
 def compare(expected: str, printed: str, where: str) -> None:
@@ -105,8 +107,8 @@ def compare(expected: str, printed: str, where: str) -> None:
     parts = [part.split() for part in re.split(r"(?:^|\s)\.\.\.(?:\s|$)", expected)]
     for k, words in enumerate(parts):
         starts = range(len(rest) - len(words) + 1) if k else range(1)
-        found = next((at for at in starts if all(map(_alike, words, rest[at:]))), None)
-        assert found is not None and len(words) <= len(rest), f"{where}: {' '.join(words)!r} is not in: {printed}"
+        found = next((at for at in starts if len(words) <= len(rest) and all(map(_alike, words, rest[at:]))), None)
+        assert found is not None, f"{where}: {' '.join(words)!r} is not in: {printed}"
         rest = rest[found + len(words) :]
     assert not rest or not parts[-1], f"{where}: the page does not show {' '.join(rest)!r}"
 

@@ -81,8 +81,8 @@ class ProblemOptions:
     held: Annotated[
         Mapping[str, Held],
         Option(
-            "fix parameters at values instead of fitting them: sigma=0.14,kd=0; gamma=half-width fixes gamma at the half "
-            "width of the scan's own lobe",
+            "fix parameters at values instead of fitting them: sigma=0.14,kd=0; gamma=half-width fixes gamma at the "
+            "half width of the scan's own lobe",
             "--hold",
             "NAME=VALUE",
             of_parameters=True,

@@ -100,7 +100,8 @@ def _write(page: Page, folder: Path, data: "xr.Dataset", row: "Row", answers: "C
     from gonio.app.views import figures
     from gonio.plotting.profiles import profiles
     from gonio.plotting.style import save
-    from gonio.results.figures import View, has_spectra
+    from gonio.results.figures import has_spectra
+    from gonio.results.view import View
 
     solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
     solution.save(folder / "solution.nc")

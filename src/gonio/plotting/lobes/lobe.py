@@ -166,7 +166,7 @@ def _frame(ax: Any, radius: Radius, label: str) -> None:
 
 def _write(ax: Any, at: tuple[float, float, float], text: str, place: tuple[float, float, str, str]) -> None:
     """A text beside a place in space: points to the right and up, and its own alignment."""
-    from mpl_toolkits.mplot3d.proj3d import proj_transform
+    from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
 
     x, y, _ = proj_transform(*at, ax.get_proj())
     right, up, horizontal, vertical = place

@@ -71,7 +71,7 @@ class Radius:
         from matplotlib.ticker import MaxNLocator
 
         # The outermost first: from it the scale is read best.
-        return [MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0, self.top).tolist()[::-1]]
+        return [list(MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0, self.top))[::-1]]
 
     def _powers(self) -> list[list[float]]:
         """Powers of ten from outside, and what may stand between them."""

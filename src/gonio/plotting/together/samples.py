@@ -50,7 +50,8 @@ def samples(
 
     `data` holds, by the name in the legend, a scan of one set of directions and its fits. A colour is a sample, that
     of their names for channels R, G and B, and every second has hollow dots; dashes are a model. Crosses are values
-    that were not measured: interpolated, or filled by a symmetry or a model. Raises ValueError for more samples than there are colours, for
+    that were not measured: interpolated, or filled by a symmetry or a model.
+    Raises ValueError for more samples than there are colours, for
     values of different units, and where a sample holds no in-plane curve.
     """
     if len(data) > MOST_SAMPLES:
@@ -88,7 +89,8 @@ def samples(
 def _tints(names: Sequence[str]) -> list[Any]:
     """A colour for each sample; channels have those of their names, if all have such a name."""
     channels = [CHANNELS.get(name.rpartition("channel ")[2], "") for name in names]
-    return channels if all(channels) and len(set(channels)) == len(names) else [colour(k) for k in range(len(names))]
+    are_channels = all(channels) and len(set(channels)) == len(names)
+    return channels if are_channels else [colour(k) for k in range(len(names))]
 
 
 def _is_at(curve: Curve, theta_i: float) -> bool:

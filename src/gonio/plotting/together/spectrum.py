@@ -67,7 +67,8 @@ def spectrum(
 ) -> "Figure":
     """Values over `along`, which is wavelength or channel: dots are measured, bars are standard uncertainties.
 
-    Fits are lines between their values at the wavelengths of the scan, and strokes at channels. With several directions a colour is a direction and dashes are a model. `word` is what the values are.
+    Fits are lines between their values at the wavelengths of the scan, and strokes at channels. With several
+    directions a colour is a direction and dashes are a model. `word` is what the values are.
     Raises ValueError for more directions than there are colours.
     """
     if len(series) > len(COLOURS):
@@ -109,7 +110,7 @@ def _x(labels: npt.NDArray[Any], places: Mapping[str, int]) -> Values:
 
 
 def _dots(
-    ax: Any, one: Series, along: str, places: Mapping[str, int], several: Mapping[str, Any], word: str
+    ax: Any, one: Series, along: str, places: Mapping[str, int], several: dict[str, Any], word: str
 ) -> dict[str, Any]:
     x, y = _x(one.points[along].values, places), one.points["brdf"].values
     drawn: dict[str, Any] = {}
@@ -125,7 +126,7 @@ def _dots(
     return drawn
 
 
-def _fits(ax: Any, one: Series, places: Mapping[str, int], several: Mapping[str, Any]) -> dict[str, Any]:
+def _fits(ax: Any, one: Series, places: Mapping[str, int], several: dict[str, Any]) -> dict[str, Any]:
     drawn: dict[str, Any] = {}
     for j, (name, values) in enumerate(one.fits.items()):
         style = line_style(j)

@@ -41,12 +41,12 @@ COLUMN = {"size": "85x60mm", "font": 8, "dpi": 150}
 # curve of this size that is lost, or stands elsewhere, is more than 8 (test_the_comparison_sees_a_lost_label).
 TOLERANCE = 7.0
 VALUES = {"rho_s": 0.3, "rho_d": 0.1, "width": 0.25, "index": 1.5}
-HELD = {"index": 1.5, "extinction": 0.0}
 ANGLES = np.arange(-75.0, 76.0, 5.0)
 
 
-def in_plane(**options):
-    return simulate(catalogue["ggx"], VALUES, [10.0, 30.0, 50.0], ANGLES, noise=0.03, seed=3, **options)
+def in_plane(rho_d=0.1, seed=3):
+    values = VALUES | {"rho_d": rho_d}
+    return simulate(catalogue["ggx"], values, [10.0, 30.0, 50.0], ANGLES, noise=0.03, seed=seed)
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +61,8 @@ def ranked():
 def over(coordinate, labels):
     parts = {}
     for k, label in enumerate(labels):
-        values = VALUES | {"rho_d": 0.05 + 0.05 * k}
-        parts[str(k)] = simulate(catalogue["ggx"], values, [10.0, 30.0, 50.0], ANGLES, noise=0.03, seed=k)
-        parts[str(k)] = parts[str(k)].assign_coords({coordinate: ("direction", [label] * len(parts[str(k)]["brdf"]))})
+        part = in_plane(0.05 + 0.05 * k, seed=k)
+        parts[str(k)] = part.assign_coords({coordinate: ("direction", np.repeat(label, part.sizes["direction"]))})
     joined = join(parts).drop_vars("scan")
     joined["uncertainty"] = ("direction", 0.05 * joined["brdf"].values, {"units": "sr-1"})
     return joined
@@ -79,7 +78,7 @@ def hemisphere():
 def wavelengths():
     scan = over("wavelength", [450.0, 500.0, 550.0, 600.0, 650.0])
     model = catalogue["torrance-sparrow"]
-    return scan, compare(scan, [model], grouped={weight: "wavelength" for weight in model.weights})
+    return scan, compare(scan, [model], grouped=dict.fromkeys(model.weights, "wavelength"))
 
 
 AT, RISE = np.array([30.0, 40.0, 50.0, 70.0, 90.0]), np.array([-3.0, -1.0, 0.0, 1.5, 3.0])
@@ -117,7 +116,9 @@ def channels(kind, **view):
 FIGURES = {
     "curves": lambda ranked: draw("curves", ranked),
     "curves-log": lambda ranked: draw("curves", ranked, View(scales=("log",), theta_i=(30.0,))),
-    "curves-of-two": lambda ranked: draw("curves", {"paint": (ranked["paint"][0], []), "other": (in_plane(), [])}),
+    "curves-of-two": lambda ranked: draw(
+        "curves", {"paint": (ranked["paint"][0], []), "other": (in_plane(0.2, 4), [])}
+    ),
     "curves-of-channels": lambda _: channels("curves", together=True, theta_i=(30.0,)),
     "residuals": lambda ranked: draw("residuals", ranked),
     "components": lambda ranked: draw("components", ranked),
@@ -137,7 +138,7 @@ FIGURES = {
     "dolp": lambda _: dolp(),
     "convergence": lambda _: annealed(),
     "profiles": lambda _: profiles(PROFILES, {"gamma": 9.0, "kid": 8.0}, title="paint"),
-    "difference": lambda ranked: difference_figure(difference(in_plane(), ranked["paint"][0]), "a.csv", "b.csv"),
+    "difference": lambda ranked: difference_figure(difference(in_plane(0.12, 4), ranked["paint"][0]), "a.csv", "b.csv"),
 }
 
 

@@ -35,10 +35,10 @@ EXAMPLES = (
     ),
     Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
     Example(
-        'gonio plot scan.csv --models "" --figure spectrum --at 30,30,180', "Draw values over wavelength at a direction"
+        'gonio plot a.csv --models "" --figure spectrum --at 30,30,180', "Draw values over wavelength at a direction"
     ),
     Example(
-        "gonio plot scan.csv --models ggx --figure polar --theta-i 30,60", "Draw two lobes in the plane of incidence"
+        "gonio plot scan.csv --models ggx --figure polar --theta-i 10,30", "Draw two lobes in the plane of incidence"
     ),
     Example("gonio plot scan.csv --models ggx --figure lobe --theta-i 30", "Draw the fitted lobe in space"),
     Example('gonio plot a.csv b.csv --models "" --together', "Draw all wavelengths of two samples in one figure"),

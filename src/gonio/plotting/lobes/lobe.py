@@ -66,9 +66,10 @@ def lobes(
 ) -> "Figure":
     """Lobes side by side by their titles, all of one scale; colour repeats the distance from the origin.
 
-    Every direction (x, y, z) is drawn at value times (x, y, z), with x forward, y to the side and z along the normal;
-    on a logarithmic scale the length is log10(value / floor). All axes have the scale on the left; the circles are at
-    its end. A dashed line is the specular direction. The surface is left open where there is no value.
+    Every direction (x, y, z) is drawn at value times (x, y, z), with x forward, z along the normal, and phi = 90 deg
+    on the side that is named; on a logarithmic scale the length is log10(value / floor). All axes have the scale on the
+    left; the circles are at its end. A dashed line is the specular direction. The surface is open where there is no
+    value.
     """
     with house_style():
         grids = [_grid(lobe.theta_i) for lobe in panels.values()]
@@ -104,9 +105,9 @@ def _values(lobe: Lobe, theta_r: Values, phi: Values) -> Values:
 
 
 def _unit_vectors(theta_r: Values, phi: Values) -> Values:
-    """Directions (.., 3): x forward, where phi = 180 deg."""
+    """Directions (.., 3): those of a Geometry turned by half a circle, so that x is forward, where phi = 180 deg."""
     theta, azimuth = np.radians(theta_r), np.radians(phi)
-    return np.stack([-np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)], axis=-1)
+    return np.stack([-np.sin(theta) * np.cos(azimuth), -np.sin(theta) * np.sin(azimuth), np.cos(theta)], axis=-1)
 
 
 def _draw(ax: Any, lobe: Lobe, grid: tuple[Values, Values], values: Values, radius: Radius) -> dict[str, Any]:

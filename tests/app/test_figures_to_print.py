@@ -65,12 +65,17 @@ def test_a_fit_writes_its_figures_for_print(run, here):
 @pytest.mark.parametrize("model", ["--model lambert", "--model lambert,ggx"])
 def test_a_page_without_room_is_refused_before_the_fit(run, here, model, monkeypatch):
     monkeypatch.setattr("gonio.app.commands.fit.answering.answer", lambda *_, **__: pytest.fail("the fit ran"))
-    for options in ("--size 30x30mm", "--size 85x60mm --font 20", "--title " + "x" * 300):
+    for options in ("--size 30x30mm", "--size 85x60mm --font 20", "--size 85x60mm --title " + "x" * 500):
         code, out, err = run("fit", "s.csv", *model.split(), "--out", "r", *options.split())
         assert (code, out, err.count("\n")) == (1, "", 1)
         assert "curves: the figure has no room on" in err
         assert "give a larger size" in err
     assert [path.name for path in here.iterdir()] == ["s.csv"]
+
+
+def test_a_title_may_be_longer_than_the_name_of_a_file(run, here):
+    code, _, err = run(*PLOT.split(), "--title", "long " * 60)
+    assert code == 0, err
 
 
 def test_a_figure_that_shows_nothing_of_a_scan_does_not_cost_the_fit(run, here):

@@ -14,7 +14,7 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.solution import Solution
 from gonio.measured.dataset import select
-from gonio.options import Option, Panel
+from gonio.options import Option, Panel, one_of
 from gonio.results.content import scan_name
 from gonio.results.prediction import row_of
 
@@ -69,7 +69,9 @@ class DrawingOptions:
     """What is drawn, and how."""
 
     PANEL: ClassVar = Panel.FIGURE
-    figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
+    figure: Annotated[Figure, Option(f"what to draw: {one_of(Figure)}", metavar="KIND", names=tuple(Figure))] = (
+        Figure.CURVES
+    )
     models: ModelNames = FOUR
     normalised: Annotated[bool, Option("divide each curve by its value at the specular angle")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False

@@ -60,9 +60,10 @@ class Radius:
         kept: dict[float, float] = {}
         for marks in self._powers() if self.logarithmic else self._round():
             for length, mark in zip(self.lengths(np.array(marks)).tolist(), marks, strict=True):
-                if INNERMOST * self.end <= length <= self.end and all(
-                    abs(length - k) >= apart * self.end for k in kept
-                ):
+                has_room = all(abs(length - other) >= apart * self.end for other in kept)
+                if INNERMOST * self.end <= length <= self.end and has_room:
+                    if kept and r"\times" in _label(mark):  # too wide beside another
+                        continue
                     kept[length] = mark
         lengths = sorted(kept)
         return lengths, [_label(kept[length]) for length in lengths]

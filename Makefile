@@ -10,7 +10,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 INSTALL := $(PIP) install --no-compile
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help demo test check format docs screens lock clean
+.PHONY: help demo test check format docs screens pictures lock clean
 
 help: ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1: /p' $(firstword $(MAKEFILE_LIST))
@@ -39,6 +39,9 @@ docs: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations an
 
 screens: $(VENV)/.test $(VENV)/.gonio ## the screens that tests compare with, anew: look at what git shows of them
 	GONIO_RENEW_SCREENS=1 $(THREADS) $(BIN)/python -m pytest -q tests/app/test_screens.py
+
+pictures: $(VENV)/.test $(VENV)/.gonio ## the figures that tests compare with, anew: look at each that git shows
+	GONIO_RENEW_PICTURES=1 $(THREADS) $(BIN)/python -m pytest -q tests/printed
 
 clean: ## takes away everything that was made
 	rm -rf $(VENV) .venv-* demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis

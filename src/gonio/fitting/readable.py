@@ -93,9 +93,12 @@ class Readable:
         """
         return _reader("dataframe")(self)
 
-    def plot(self, kind: str = "curves", ax: "Axes | None" = None) -> "Figure":
-        """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it."""
-        return _reader("plot")(self.scan, self, kind, ax)
+    def plot(self, kind: str = "curves", ax: "Axes | None" = None, **words: Any) -> "Figure":
+        """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it.
+
+        words: those of `gonio.plot`, such as `size="85x60mm"` and `font=8`.
+        """
+        return _reader("plot")(self.scan, self, kind, ax, **words)
 
     def report(self, path: str | Path, force: bool = False) -> Path:
         """Write what `print(solution)` says, as a page with figures for `.html`, or as text for `.md` and `.txt`.

@@ -46,6 +46,15 @@ Weighting = Annotated[
     ),
 ]
 
+Loss = Annotated[
+    str,
+    Option(
+        f"how much a large error counts: {one_of(LOSSES)}; all but squared lessen outliers",
+        panel=Panel.WEIGHTS,
+        names=tuple(LOSSES),
+    ),
+]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProblemOptions:
@@ -141,14 +150,7 @@ class ProblemOptions:
             lowest=0,
         ),
     ] = 0.0
-    loss: Annotated[
-        str,
-        Option(
-            f"how much a large error counts: {one_of(LOSSES)}; all but squared lessen outliers",
-            panel=Panel.WEIGHTS,
-            names=tuple(LOSSES),
-        ),
-    ] = "squared"
+    loss: Loss = "squared"
     instrument: Instrument = IDEAL
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None

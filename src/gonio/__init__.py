@@ -26,6 +26,7 @@ _HOMES = {
     "read": "gonio.formats",
     "read_table": "gonio.tables.read",
     "resample": "gonio.resampling.resample",
+    "sample": "gonio.samples",
     "scan": "gonio.tables.arrays",
     "simulate": "gonio.measured.simulation",
     "write": "gonio.formats",
@@ -67,6 +68,7 @@ __all__ = [
     "read",
     "read_table",
     "resample",
+    "sample",
     "scan",
     "simulate",
     "write",
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
     from gonio.results.figures import plot
+    from gonio.samples import sample
     from gonio.tables import from_pandas, read_table, scan
 
 

@@ -41,6 +41,13 @@ def surfaces() -> Iterable[str]:
     return published
 
 
+def samples() -> Iterable[str]:
+    """The bundled scans."""
+    from gonio.samples import samples
+
+    return samples()
+
+
 def public_files() -> Iterable[str]:
     """The collections of public data, and their files."""
     from gonio.archive import collections

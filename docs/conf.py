@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "gonio"
 author = "The gonio authors"
-copyright = "The gonio authors"  # noqa: A001 Sphinx's own name
+copyright = "The gonio authors"
 version = release = gonio.__version__
 
 extensions = [

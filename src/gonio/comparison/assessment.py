@@ -109,11 +109,30 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
 
 
 def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> Row:
-    """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
+    """Cross-validate one fit: predict the parts of a scan that the fit is not shown.
 
-    by: what is left out in turn, as `certainty.hold_out.folds` takes it; settled: as `predictions` takes it.
-    `validated` holds the metrics over all left-out points, `by_fold` the metric of the weighting of each part, with the
-    floor of the whole scan and the weights of the fit. Raises ValueError where a part cannot be predicted.
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    row : Row
+        Its fit, as `assess` or `gonio.compare` gives it.
+    by : str
+        What is left out in turn: `theta_i`, `out-of-plane`, or a number of blocks.
+    settled : float
+        The relative change of E at which the search of a part ends, as `predictions` takes it.
+
+    Returns
+    -------
+    Row
+        The row with `validated`, the metrics over all left-out points, and `by_fold`, the metric of the weighting for
+        each part, with the floor of the whole scan and the weights of the fit.
+
+    Raises
+    ------
+    ValueError
+        A part cannot be predicted.
+
     """
     modelled, parts = predictions(problem, row.solution, by, settled)
     # not where the prediction is finite: every model answers for the same points

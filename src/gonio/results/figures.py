@@ -70,13 +70,31 @@ def plot(
     kind: str = "curves",
     ax: "Axes | None" = None,
 ) -> "Figure":
-    """Draw a scan and the fits to it; returns a Matplotlib Figure.
+    """Draw a scan and the fits to it.
 
-    solutions: one fit, several, those that `compare` ranked, or a mapping whose names stand in the legend; None draws
-    the scan alone. kind: `curves`, `residuals`, `components`, `hemisphere`, `convergence` or `spectra`.
-    ax: Matplotlib axes to draw `curves` or `residuals` on, all incidence angles together; the other kinds, and these
-    without ax, are figures of several panels.
-    Raises ValueError for another kind, and where the figure cannot show what it was given.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    solutions : Solution, sequence, or mapping
+        One fit, several, those that `gonio.compare` ranked, or a mapping whose names stand in the legend. None draws
+        the scan alone.
+    kind : str
+        `curves`, `residuals`, `components`, `hemisphere`, `convergence` or `spectra`.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw `curves` or `residuals` on, all incidence angles together. The other kinds, and these without
+        `ax`, are figures of several panels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, not yet saved: `figure.savefig("fit.pdf")`.
+
+    Raises
+    ------
+    ValueError
+        The kind is not known, or the figure cannot show what it was given.
+
     """
     fits = named(solutions)
     if kind not in KINDS:

@@ -22,7 +22,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "mathml",
     "figures",
-    "declared",
+    "inherited",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build", "_extensions", "_templates", "pages", "gallery"]
@@ -39,6 +39,7 @@ html_math_renderer = "mathml"
 autosummary_generate = True
 autodoc_typehints = "none"  # a docstring says shapes and units, which a type does not
 autodoc_preserve_defaults = True
+maximum_signature_line_length = 72
 autodoc_member_order = "groupwise"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
@@ -74,6 +75,7 @@ html_static_path = ["_static"]
 html_css_files = ["gonio.css"]
 html_copy_source = False
 html_show_sourcelink = False
+html_context = {"default_mode": "auto"}  # light or dark, as the reader's system has it
 html_theme_options = {
     "header_links_before_dropdown": 6,
     "icon_links": [],

@@ -23,12 +23,30 @@ VALIDATED = ("log10_rmse", "delta", "E")  # metrics of what was left out
 class Row:
     """One fit of one scan, and how good it is: a row of a ranking.
 
-    metrics: over all points in use, by name of METRICS. judged: how many of them lg RMSE leaves out or floors.
-    by_incidence: the same for each incidence angle [deg]. aicc,
-    bic: information criteria. farthest: largest theta_r [deg] of the scan. metric: that of the weighting, by which
-    models of the scan are ranked. validated: metrics over the points that were left out, and by_fold: `metric` of each
-    left-out part; both empty where nothing was left out. left_out: what was left out, as `hold_out.folds` takes it.
-    judged_left_out: as judged, of the points that were left out.
+    Parameters
+    ----------
+    solution : Solution
+        The fit.
+    free_parameters : int
+        How many values were free.
+    metrics : mapping
+        Over all points in use, by name of METRICS.
+    judged, judged_left_out : Judged
+        How many of the points lg RMSE leaves out or floors: of all, and of those that were left out.
+    by_incidence : mapping
+        The metrics for each incidence angle [deg].
+    aicc, bic : float
+        Information criteria.
+    farthest : float
+        Largest theta_r [deg] of the scan.
+    metric : str
+        The metric of the weighting, by which models of the scan are ranked.
+    left_out : str
+        What was left out, as `hold_out.folds` takes it; empty where nothing was.
+    validated, by_fold : mapping
+        The metrics over the points that were left out, and `metric` of each left-out part; both empty where nothing
+        was.
+
     """
 
     solution: Solution

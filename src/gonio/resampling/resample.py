@@ -43,11 +43,22 @@ class Filling:
     """What may stand where a scan has no value: its images under symmetries first, then a function such as a model.
 
     Filling() fills nothing, and has the variable `origin` in the result.
+
+    Parameters
+    ----------
+    symmetries : tuple of str
+        `reciprocity`, `bilateral`.
+    function : callable, optional
+        Gives the BRDF (n,) at the n directions of a flat scan. Its values are taken as they are, in the scan's unit;
+        NaN leaves the gap.
+    name : str
+        What the history calls the function.
+
     """
 
-    symmetries: tuple[str, ...] = ()  # names in SYMMETRIES
-    function: Fill | None = None  # its values are taken as they are, in the scan's unit; NaN leaves the gap
-    name: str = ""  # what the history calls the function
+    symmetries: tuple[str, ...] = ()
+    function: Fill | None = None
+    name: str = ""
 
 
 def resample(

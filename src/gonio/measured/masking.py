@@ -21,7 +21,7 @@ def mask(
     scan : xarray.Dataset
         The scan.
     blocked : float
-        In-plane directions nearer than this [deg] to the incident beam, |theta_r + theta_i| < blocked on the
+        In-plane directions nearer than this [deg] to the incident beam, `|theta_r + theta_i| < blocked` on the
         backscatter side, where the detector's arm stands in the beam.
     floor : float, optional
         Values below it [unit of the BRDF] are the noise of the instrument.

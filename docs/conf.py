@@ -23,6 +23,8 @@ extensions = [
     "mathml",
     "figures",
     "inherited",
+    "links",
+    "repository",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build", "_extensions", "_templates", "pages", "gallery"]

@@ -12,7 +12,9 @@ from gonio.resampling.resample import Filling
 
 scan = gonio.sample("coating")
 solution = gonio.fit(scan, "ggx", held={"index": 1.5, "extinction": 0.0})
-written = gonio.convert(scan, "coating.bsdf", "zemax", filling=Filling(("reciprocity",), solution.brdf, "ggx"), force=True)
+written = gonio.convert(
+    scan, "coating.bsdf", "zemax", filling=Filling(("reciprocity",), solution.brdf, "ggx"), force=True
+)
 print(f"{written.path}: {100 * written.modelled:.0f} % of the values are the model's")
 for words in written.left_out:
     print("left out:", words)
@@ -22,3 +24,8 @@ for words in written.left_out:
 
 error = difference(gonio.read("coating.bsdf"), scan)
 print(f"rms {100 * error.rms:.2f} %, bias {100 * error.bias:.2f} %")
+
+# %%
+# What a renderer reads: values over the whole hemisphere.
+
+gonio.plot(gonio.read("coating.bsdf"), kind="hemisphere")

@@ -32,7 +32,6 @@ templates_path = ["_templates"]
 highlight_language = "none"  # a fence that names no language is a command or a file
 default_role = "code"  # a word between single backticks, in docstrings and on pages alike
 nitpicky = True
-nitpick_ignore = []
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4

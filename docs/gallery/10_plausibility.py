@@ -23,7 +23,8 @@ for finding in gonio.check(gonio.sample("metal")):
 figure, ax = plt.subplots(figsize=(5, 3), layout="constrained")
 theta_i = np.arange(0.0, 90.0, 5.0)
 for name in ("phong", "modified-phong"):
-    brdf = partial(gonio.catalogue[name], values={"ks": 0.6, "kd": 0.1})
+    model = gonio.catalogue[name]
+    brdf = partial(model, values=dict(zip(model.weights, (0.6, 0.1), strict=True)))
     verdict = reciprocity(brdf)
     print(f"{name:14} reciprocity {'holds' if verdict.holds else 'fails, most at ' + verdict.where}")
     ax.plot(theta_i, [hemispherical_reflectance(brdf, angle) for angle in theta_i], label=name)

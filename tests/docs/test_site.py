@@ -6,12 +6,15 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import gonio
 from browser import browser
+from gonio.fitting import ProblemOptions
 from places import ROOT, loaded
 
 pytest.importorskip("sphinx", reason="the site needs Sphinx: pip install gonio[docs]")
@@ -94,16 +97,14 @@ def test_every_public_name_has_its_page_with_its_signature(site):
 
 
 def _thing(name: str) -> object:
-    from pkgutil import resolve_name
-
     home, _, last = name.rpartition(".")
-    return getattr(resolve_name(home), last)
+    return getattr(import_module(home), last)
 
 
 def test_an_option_of_a_problem_is_described_on_its_page(site):
     page = (site / "api" / "gonio.Problem.html").read_text(encoding="utf-8")
-    for name in gonio.fitting.ProblemOptions.__dataclass_fields__:
-        assert re.search(rf"<dt><strong>[^<]*\b{name}\b", page), name
+    for option in fields(ProblemOptions):
+        assert re.search(rf"<dt><strong>[^<]*\b{option.name}\b", page), option.name
 
 
 def test_formulas_are_mathml(tmp_path):

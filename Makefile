@@ -10,7 +10,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 INSTALL := $(PIP) install --no-compile
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help demo test check format docs screens pictures lock clean
+.PHONY: help demo test check format docs links pages screens pictures lock clean
 
 help: ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1: /p' $(firstword $(MAKEFILE_LIST))
@@ -33,7 +33,14 @@ format: $(VENV)/.test ## formats every file
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-docs: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations and of measured results
+docs: $(VENV)/.test $(VENV)/.gonio ## the site, without network: open docs/_build/html/index.html
+	rm -rf docs/_build docs/api docs/examples
+	$(THREADS) $(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+
+links: $(VENV)/.test $(VENV)/.gonio ## asks every other site that the pages link to; needs the network
+	GONIO_DOCS_ONLINE=1 $(THREADS) $(BIN)/python -m sphinx -q -b linkcheck docs docs/_build/links
+
+pages: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations and of measured results
 	for page in docs/pages/[a-z]*.py; do $(THREADS) PYTHONPATH=docs/pages:benchmarks $(BIN)/python $$page || exit 1; done
 	$(BIN)/ruff format -q docs
 
@@ -44,7 +51,7 @@ pictures: $(VENV)/.test $(VENV)/.gonio ## the figures that tests compare with, a
 	GONIO_RENEW_PICTURES=1 $(THREADS) $(BIN)/python -m pytest -q tests/printed
 
 clean: ## takes away everything that was made
-	rm -rf $(VENV) .venv-* demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-* demo dist build docs/_build docs/api docs/examples .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 # The locks, hashes and no index address; needs uv.
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-strip-extras \

@@ -1,4 +1,4 @@
-"""Make docs/catalogue.md and its figures from the declarations of the models: part of `make docs`."""
+"""Make docs/catalogue.md and its figures from the declarations of the models: part of `make pages`."""
 
 import sys
 from pathlib import Path
@@ -75,7 +75,7 @@ def main() -> int:
     lines = [
         "# The catalogue",
         "",
-        "Made by `make docs` from the declarations of the models; `gonio models NAME` prints the same. Weights are",
+        "Made by `make pages` from the declarations of the models; `gonio models NAME` prints the same. Weights are",
         "linear, shape parameters are searched. *Reconstructed* marks a model whose source was not at hand in full: it is",
         "built from abstracts and public descriptions, or from memory, and may differ from the original. Figures show each",
         "term at default shape and weight 1; terms without a normalisation have no reflectance.",

@@ -61,12 +61,27 @@ class Readable:
         return scan
 
     def predict(self, where: "xr.Dataset | Geometry", **coordinates: Any) -> xr.DataArray:
-        """The fitted BRDF [unit of the fit] at directions, as the instrument of the fit reads it.
+        """The fitted BRDF at directions, as the instrument of the fit reads it.
 
-        where: a scan, or a Dataset of directions, flat or on a grid; or a Geometry of any shape. coordinates: values of
-        `wavelength`, `channel`, `scan` .. that the directions do not say themselves, one for all of them.
-        Returns a DataArray on the dimensions of the scan with its coordinates, NaN where a node is below the horizon.
-        Raises ValueError where a direction belongs to no group of the fit, or does not say to which one.
+        Parameters
+        ----------
+        where : xarray.Dataset or Geometry
+            A scan, or a Dataset of directions [deg], flat or on a grid; or a Geometry of any shape.
+        **coordinates
+            Values of `wavelength`, `channel`, `scan` .. that the directions do not say themselves, one for all of
+            them.
+
+        Returns
+        -------
+        xarray.DataArray
+            Values [unit of the fit] on the dimensions of the scan with its coordinates, NaN where a node is below the
+            horizon.
+
+        Raises
+        ------
+        ValueError
+            A direction belongs to no group of the fit, or does not say to which one.
+
         """
         return _reader("predicted")(self, where, coordinates)
 
@@ -84,27 +99,65 @@ class Readable:
         return _reader("metrics_of")(self)
 
     def to_dataframe(self) -> "DataFrame":
-        """A pandas DataFrame of one row a value: `parameter`, `set`, `value`, `unit`, `standard uncertainty`, `low`,
-        `high` and `status`.
+        """The values as a table of pandas, one row a value.
 
-        set: the group of the value, as `theta_i=30`, empty for a value that holds everywhere. low, high: the 95 %
-        interval within the bounds of the fit. status: fitted, at its bound, not determined or held.
-        Raises ImportError where pandas is not installed.
+        Returns
+        -------
+        pandas.DataFrame
+            `parameter`; `set`, the group of the value, as `theta_i=30`, empty for a value that holds everywhere;
+            `value`, `unit`, `standard uncertainty`; `low` and `high`, the 95 % interval within the bounds of the fit;
+            and `status`: fitted, at its bound, not determined or held.
+
+        Raises
+        ------
+        ImportError
+            Pandas is not installed.
+
         """
         return _reader("dataframe")(self)
 
     def plot(self, kind: str = "curves", ax: "Axes | None" = None, **words: Any) -> "Figure":
-        """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it.
+        """Draw the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` does.
 
-        words: those of `gonio.plot`, such as `size="85x60mm"` and `font=8`.
+        Parameters
+        ----------
+        kind : str
+            `curves`, `residuals` or another kind of `gonio.plot`.
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw `curves` or `residuals` on.
+        **words
+            Those of `gonio.plot`, such as `size="85x60mm"` and `font=8`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The figure, not yet saved unless `out` names a file.
+
         """
         return _reader("plot")(self.scan, self, kind, ax, **words)
 
     def report(self, path: str | Path, force: bool = False) -> Path:
-        """Write what `print(solution)` says, as a page with figures for `.html`, or as text for `.md` and `.txt`.
+        """Write what `print(solution)` says, as a page with figures or as text.
 
-        Returns the path. Raises FileExistsError where the file exists, without `force`, and ValueError for another
-        suffix.
+        Parameters
+        ----------
+        path : str or Path
+            The file: `.html` for a page with figures, `.md` or `.txt` for text.
+        force : bool
+            Whether a file that exists is replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        FileExistsError
+            The file exists, and `force` is not set.
+        ValueError
+            The suffix is another.
+
         """
         return _reader("write")(self, Path(path), force)
 

@@ -186,11 +186,25 @@ def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
 
 
 def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Several scans as one flat scan, told apart by a `scan` coordinate: for fits that share parameters.
+    """Put several scans into one, told apart by a coordinate `scan`: for fits that share parameters.
 
-    Directions, wavelengths and channels may differ from scan to scan, and masks are kept. Where a scan holds several
-    itself, `scan` is the name given here, a stroke, and its own.
-    Raises ValueError for units that differ, or a coordinate that only some of the scans have.
+    Directions, wavelengths and channels may differ from scan to scan, and masks are kept.
+
+    Parameters
+    ----------
+    scans : mapping
+        Each scan by its name. Where a scan holds several itself, `scan` is the name given here, a stroke, and its own.
+
+    Returns
+    -------
+    xarray.Dataset
+        One scan over `direction`, with the coordinate `scan`.
+
+    Raises
+    ------
+    ValueError
+        Units differ, or only some of the scans have a coordinate.
+
     """
     if not scans:
         raise ValueError("there is no scan to join")

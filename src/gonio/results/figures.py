@@ -41,21 +41,42 @@ def plot(
     ax: "Axes | None" = None,
     **words: Unpack[Words],
 ) -> "Figure":
-    """Draw a scan and the fits to it; returns a Matplotlib Figure.
+    """Draw a scan and the fits to it.
 
-    solutions: one fit, several, those that `compare` ranked, or a mapping whose names stand in the legend; None draws
-    the scan alone. kind: `curves`, `polar` (in plane, the value as a radius), `spectrum` (over wavelength or channel at
-    a direction), `hemisphere` (from above), `lobe` (in space), `residuals`, `components`, `convergence` or `spectra`.
-    ax: Matplotlib axes to draw `curves` or `residuals` on, all incidence angles together; the other kinds, and these
-    without ax, are figures of several panels.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    solutions : Solution, sequence, or mapping
+        One fit, several, those that `gonio.compare` ranked, or a mapping whose names stand in the legend. None draws
+        the scan alone.
+    kind : str
+        `curves`, `polar` (in plane, the value as a radius), `spectrum` (over wavelength or channel at a direction),
+        `hemisphere` (from above), `lobe` (in space), `residuals`, `components`, `convergence` or `spectra`.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw `curves` or `residuals` on, all incidence angles together. The other kinds, and these without
+        `ax`, are figures of several panels.
+    **words
+        The page, in the words of the command line: `size`, (85, 60) in mm or a text such as "85x60mm", "8.5x6cm" or
+        "3.3x2.4in"; `font` [pt] of all text; `dpi`; `title`; `style`, a Matplotlib style file. `out` names a file to
+        write, with the suffix .pdf, .png or .svg or else in the formats of `format`; `force` overwrites it.
+        What is drawn: `scale`, "linear", "log" or "both"; `theta_i`, the incidence angles [deg]; `at`, for `spectrum`,
+        one direction (theta_i, theta_r, phi) [deg] or several; `normalised` and `band`, for `curves`.
 
-    The page of the figure has the words of the command line: size, `(85, 60)` in mm or a text such as `"85x60mm"`,
-    `"8.5x6cm"` or `"3.3x2.4in"`; font [pt] of all text; dpi; title; style, a Matplotlib style file. out names a file to
-    write, with the suffix .pdf, .png or .svg or else in the formats of format; force overwrites it.
-    So has what is drawn: scale, `"linear"`, `"log"` or `"both"`; theta_i, the incidence angles [deg]; at, for
-    `spectrum`, one direction (theta_i, theta_r, phi) [deg] or several; normalised and band, for `curves`.
-    Raises ValueError for another kind, where the figure cannot show what it was given, and where it has no room on the
-    page; TypeError for a word that is none of these; FileExistsError where out is there and force is False.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, not yet saved unless `out` names a file: `figure.savefig("fit.pdf")`.
+
+    Raises
+    ------
+    ValueError
+        The kind is not known, the figure cannot show what it was given, or it has no room on the page.
+    TypeError
+        A word is none of these.
+    FileExistsError
+        `out` is there, and `force` is not set.
+
     """
     fits = named(solutions)
     if kind not in KINDS:

@@ -55,14 +55,43 @@ def stack(
 ) -> Stacked:
     """Write the scans of many files into one Zarr store: `brdf` over `sample` and the dimensions of the first scan.
 
-    paths: files of any format that `read` takes, and folders, which stand for all files in them that can be read, in
+    Masked values become gaps. Uncertainties are kept where every scan states them. One chunk of scans is in memory at
+    a time.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files of any format that `read` takes, and folders, which stand for all files in them that can be read, in
         natural order of their names. A file of a folder that is no scan is left out, and named in `skipped`.
-    onto, resample: take every scan at the directions of this file, or of the first one; between measured directions by
-        interpolation, whose error the history states, and with gaps (NaN) outside.
-    `sample` holds the names of the files without suffix, or their paths where two are alike. Masked values become gaps.
-    Uncertainties are kept where every scan states them. One chunk of scans is in memory at a time.
-    Raises ValueError with the file, the place and the remedy for a scan of other directions, sets or unit than the
-    first, FormatError for a named file that cannot be read, FileExistsError where `out` exists without `force`.
+    out : str or Path
+        The store.
+    onto : str or Path, optional
+        Take every scan at the directions of this file.
+    resample : bool
+        Take every scan at the directions of the first one; between measured directions by interpolation, whose error
+        the history states, and with gaps (NaN) outside.
+    read : callable
+        How a file is read, `gonio.read` unless another is given.
+    force : bool
+        Whether a store that exists is replaced.
+    progress : callable
+        Called with the part that is done, 0 to 1, and a word.
+
+    Returns
+    -------
+    Stacked
+        The path, the coordinate `sample` (names of the files without suffix, or their paths where two are alike), and
+        what the history says.
+
+    Raises
+    ------
+    ValueError
+        A scan has other directions, sets or another unit than the first; with the file, the place and the remedy.
+    FormatError
+        A named file cannot be read.
+    FileExistsError
+        `out` exists, and `force` is not set.
+
     """
     if onto is not None and resample:
         raise ValueError("--onto and --resample name two sets of directions: give one of them")

@@ -19,7 +19,15 @@ Omega = Annotated[float, Parameter(40.0, 1.0, 180.0, "tilt at which shadowing ha
 
 @drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda s, **_: (s, 1.0)))
 def first_surface(g: Geometry, s: Width, tau: Tau, Omega: Omega, index: Index, extinction: Extinction) -> Dimensionless:
-    """Modified Cauchy first-surface reflection, shadowed and obscured (westlund2002, eq 10; formulas 7.14)."""
+    r"""Modified Cauchy first-surface reflection, shadowed and obscured (westlund2002, eq 10; formulas 7.14).
+
+    .. math::
+
+        f_b = \frac{F(\beta)}{F(0)}\,\frac{S\cos\alpha}{(s^2 + \tan^2\alpha)\cos\theta_i\cos\theta_r}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and S the shadowing and obscuration of parameters :math:`\tau`
+    and :math:`\Omega` (:func:`.maxwell_beard`).
+    """
     at_normal = unpolarised(0 * g.cos_beta + 1, index, extinction)
     xp = namespace(at_normal)
     # an index of 1 reflects nothing, and nothing over nothing would follow
@@ -30,7 +38,12 @@ def first_surface(g: Geometry, s: Width, tau: Tau, Omega: Omega, index: Index, e
 
 @drawn_by(COSINE)
 def volume(g: Geometry) -> Dimensionless:
-    """Light that returns from below the surface: 2/(cos theta_i + cos theta_r) (westlund2002, eq 10)."""
+    r"""Light that returns from below the surface: 2/(cos theta_i + cos theta_r) (westlund2002, eq 10).
+
+    .. math::
+
+        f_v = \frac{2}{\cos\theta_i + \cos\theta_r}
+    """
     return 2 / (g.cos_i + g.cos_r)
 
 

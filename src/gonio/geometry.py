@@ -36,7 +36,8 @@ class Geometry(Directions):
     model use end in a product: XLA computes a quotient or a root that is used several times in a loop of its own,
     through memory.
 
-    The facet whose normal is the half vector of both directions is tilted by alpha, and light meets it at the angle beta:
+    The facet whose normal is the half vector of both directions is tilted by alpha, and light meets it at the angle
+    beta:
 
     .. math::
 

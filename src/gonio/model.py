@@ -16,6 +16,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, g
 
 from gonio.arrays import Array, align, constants, is_traced_never
 from gonio.geometry import Geometry
+from gonio.literature.described import Described
 from gonio.outside import NearestNames as NearestNames
 from gonio.outside import shortened
 
@@ -89,12 +90,13 @@ def sampler_of(term: Term) -> Sampler | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Model(Described):
     """A BRDF model [1/sr, without the cosine]: name, terms by weight, and what is known about its physics.
 
     `violates` names a law of physics that the model breaks and says why; `confidence` is "confirmed" where the
     formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers computed
-    from several parameters that data determine better than the parameters themselves.
+    from several parameters that data determine better than the parameters themselves. `cite` is the key of a
+    publication in gonio's references, or any text.
     `from_function` makes one of a plain function in one line.
     Raises ValueError for a term that does not declare its unit or an argument, and where two terms declare the same
     shape parameter differently.

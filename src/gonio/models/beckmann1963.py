@@ -26,8 +26,8 @@ def scattered(
 
         f_s = F(\beta)\,O\,K
 
-    where F is Fresnel's reflectance (:func:`.unpolarised`), O the obliquity (:func:`.kirchhoff_obliquity`) and K the light
-    diffracted by heights of rms sigma and correlation length :math:`\ell` at the wavelength :math:`\lambda`
+    where F is Fresnel's reflectance (:func:`.unpolarised`), O the obliquity (:func:`.kirchhoff_obliquity`) and K the
+    light diffracted by heights of rms sigma and correlation length :math:`\ell` at the wavelength :math:`\lambda`
     (:func:`.diffracted`).
     """
     return (

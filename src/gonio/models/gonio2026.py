@@ -55,8 +55,8 @@ def scattered_lobe(g: Geometry, f0: Normal, h: Phase, m: Slope) -> PerSteradian:
         g &= \left(h\,\frac{\cos\theta_i + \cos\theta_r}{2}\right)^2
         \end{aligned}
 
-    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`) and D Beckmann's distribution of total rms slope m
-    (:func:`.beckmann_slopes`).
+    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`) and D Beckmann's distribution of total rms
+    slope m (:func:`.beckmann_slopes`).
     """
     variance = _phase_variance(g, h)
     out_of_phase = -namespace(variance).expm1(-variance)

@@ -40,8 +40,8 @@ def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
 
         f_{dd} = \frac{L(\theta_i)\,L(\theta_r)}{H}
 
-    where L is the Lorentz profile of half width :math:`\gamma` (:func:`.profile`) and H its integral over the hemisphere
-    (:func:`.hemispherical_integral`).
+    where L is the Lorentz profile of half width :math:`\gamma` (:func:`.profile`) and H its integral over the
+    hemisphere (:func:`.hemispherical_integral`).
     """
     return profile(g.theta_i_squared, gamma) * profile(g.theta_r_squared, gamma) / hemispherical_integral(gamma)
 

@@ -32,8 +32,8 @@ def unmasked_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinct
 
         f_s = F(\beta)\,f_g
 
-    where F is Fresnel's reflectance (:func:`.unpolarised`) and :math:`f_g` the reflection of perfect mirrors of rms slope
-    :math:`\sigma` per axis (:func:`.unmasked`).
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and :math:`f_g` the reflection of perfect mirrors of rms
+    slope :math:`\sigma` per axis (:func:`.unmasked`).
     """
     return unpolarised(g.cos_beta, index, extinction) * unmasked(g, sigma)
 
@@ -46,8 +46,8 @@ def polarising_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extin
 
         f_s = f_g\,M
 
-    where :math:`f_g` is the reflection of perfect mirrors of rms slope :math:`\sigma` per axis (:func:`.unmasked`) and M
-    the Mueller matrix of a facet (:func:`.reflection`).
+    where :math:`f_g` is the reflection of perfect mirrors of rms slope :math:`\sigma` per axis (:func:`.unmasked`)
+    and M the Mueller matrix of a facet (:func:`.reflection`).
     """
     return unmasked(g, sigma)[..., None, None] * reflection(g, index, extinction)
 

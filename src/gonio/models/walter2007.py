@@ -38,8 +38,8 @@ def ggx_facets(g: Geometry, width: Width, index: Index, extinction: Extinction) 
 
         f_s = \frac{F(\beta)\,D\,G}{4\cos\theta_i\cos\theta_r}
 
-    where F is Fresnel's reflectance (:func:`.unpolarised`), D the GGX distribution of width w (:func:`.ggx_slopes`) and G
-    Smith's masking and shadowing (:func:`.ggx_visibility`).
+    where F is Fresnel's reflectance (:func:`.unpolarised`), D the GGX distribution of width w (:func:`.ggx_slopes`)
+    and G Smith's masking and shadowing (:func:`.ggx_visibility`).
     """
     return unpolarised(g.cos_beta, index, extinction) * ggx_slopes(g, width) * ggx_visibility(g, width)
 

@@ -20,8 +20,8 @@ def reciprocal_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPowe
 
         f_b = \frac{P}{\cos\theta_i\cos\theta_r}
 
-    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`, :math:`b`
-    and :math:`a` (:func:`.facets_and_shadowing`).
+    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`,
+    :math:`b` and :math:`a` (:func:`.facets_and_shadowing`).
     """
     return facets_and_shadowing(g, kr, b, a) / (g.cos_i * g.cos_r)
 

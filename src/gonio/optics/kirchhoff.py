@@ -52,8 +52,8 @@ def diffracted(g: Geometry, rms_height: Array, length: Array, wavelength: Array)
         \Delta &= 2\cos\beta\sin\alpha
         \end{aligned}
 
-    where :math:`\ell` is the correlation length, g the variance of the optical phase and :math:`\Delta` the distance to the
-    mirror direction in direction cosines.
+    where :math:`\ell` is the correlation length, g the variance of the optical phase and :math:`\Delta` the distance
+    to the mirror direction in direction cosines.
     """
 
     def kernel(rms_height: Array, length: Array, wavelength: Array) -> Array:

@@ -60,7 +60,7 @@ def van_ginneken(g: Geometry, lambda_i: Array, lambda_r: Array) -> Array:
     return 1 / (1 + larger + both * xp.where(steeper_i, lambda_r, lambda_i))
 
 
-def maxwell_beard(g: Geometry, tau: Array, omega: Array) -> Array:
+def shadowing_and_obscuration(g: Geometry, tau: Array, omega: Array) -> Array:
     r"""Maxwell and Beard's shadowing and obscuration; `tau` and `omega` in degrees (formulas 3.4).
 
     .. math::

@@ -63,8 +63,8 @@ def statistical_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPow
 
         f_b = \frac{P}{\cos\theta_r}
 
-    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`, :math:`b`
-    and :math:`a` (:func:`.facets_and_shadowing`).
+    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`,
+    :math:`b` and :math:`a` (:func:`.facets_and_shadowing`).
     """
     return facets_and_shadowing(g, kr, b, a) / g.cos_r
 

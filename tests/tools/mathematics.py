@@ -1,8 +1,8 @@
-"""Numbers from LaTeX: equations as docutils converts them to MathML, evaluated for one pair of directions.
+r"""Numbers from LaTeX: equations as docutils converts them to MathML, evaluated for one pair of directions.
 
-It knows what the equations of the catalogue use: definitions `name = ..` and `name(x) = ..` in any order, products without a
-sign, functions of one factor as in `\\cos 2\\beta`, sums, integrals, matrices and cases. A definition sees the values of
-whoever asks for it, so that `x` within `S(\\theta) = .. x ..` belongs to that theta.
+It knows what the equations of the catalogue use: definitions `name = ..` and `name(x) = ..` in any order, products
+without a sign, functions of one factor as in `\cos 2\beta`, sums, integrals, matrices and cases. A definition sees
+the values of whoever asks for it, so that `x` within `S(\theta) = .. x ..` belongs to that theta.
 """
 
 import cmath
@@ -63,6 +63,28 @@ def is_text(node: Node, *texts: str) -> bool:
     return node.tag in ("mo", "mi") and (node.text or "").strip() in texts
 
 
+def names(latex: str) -> set[str]:
+    """Every name in a formula, with and without its index."""
+    return {key(node) for node in parsed(latex).iter() if node.tag in ("mi", "msub")} | {
+        f"{key(node[0])}_{key(node[1])}" for node in parsed(latex).iter("msubsup")
+    }
+
+
+def width(latex: str) -> int:
+    """Characters side by side in the widest line: of a fraction those of its wider part, of a sum those of a limit."""
+    root = parsed(latex)
+    return max((sum(map(_characters, row)) for row in root.iter("mtr")), default=_characters(root))
+
+
+def _characters(node: Node) -> int:
+    if node.tag in ("mfrac", "munderover", "mtable"):
+        parts = node if node.tag != "mtable" else [cell for row in node for cell in row]
+        return max(map(_characters, parts))
+    if node.tag in ("msubsup",):
+        return _characters(node[0]) + max(map(_characters, node[1:]))
+    return len((node.text or "").strip()) + sum(map(_characters, node))
+
+
 class Definition:
     """One definition: the name, that of its argument or none, and the nodes of its right side."""
 
@@ -83,7 +105,9 @@ def definitions(latex: str, degrees: bool) -> list[Definition]:
     else:
         for row in table:
             left, right = (list(cell) for cell in row)
-            rows[len(rows) - (not left) :] = [[*(rows[-1] if not left else left), *right]]
+            if left:
+                rows.append([])
+            rows[-1] += [*left, *right]
     out = []
     for row in rows:
         at = next(k for k, node in enumerate(row) if is_text(node, "="))
@@ -92,31 +116,33 @@ def definitions(latex: str, degrees: bool) -> list[Definition]:
 
 
 class Scope:
-    """Values by name, and definitions that are evaluated when they are asked for."""
+    """Values by name, and definitions that are evaluated when they are asked for, once for the same values."""
 
-    def __init__(self, values: dict[str, Any], known: dict[str, Definition], degrees: bool = False) -> None:
-        self.values, self.known, self.degrees = values, known, degrees
+    def __init__(self, values: dict[str, Any], known: dict[str, Definition]) -> None:
+        self.values, self.known, self.computed = values, known, dict[tuple[str, Any], Any]()
 
-    def value(self, name: str) -> Any:
+    def value(self, name: str, degrees: bool) -> Any:
         if name in self.values:
-            return self.values[name] * (180 / math.pi if self.degrees and name in IN_DEGREES else 1)
+            return self.values[name] * (180 / math.pi if degrees and name in IN_DEGREES else 1)
         return self.defined(name, None)
 
     def defined(self, name: str, argument: Any) -> Any:
-        one = self.known[name]
-        values = self.values if argument is None else self.values | {one.argument: argument}
-        return Reader(one.right, Scope(values, self.known, one.degrees)).whole()
+        if (name, argument) not in self.computed:
+            one = self.known[name]
+            scope = self if argument is None else self.with_value(one.argument or "", argument)
+            self.computed[name, argument] = Reader(one.right, scope, one.degrees).whole()
+        return self.computed[name, argument]
 
     def with_value(self, name: str, value: Any) -> "Scope":
-        return Scope(self.values | {name: value}, self.known, self.degrees)
+        return Scope(self.values | {name: value}, self.known)
 
 
 class Reader:
     """Evaluates a row of nodes from left to right."""
 
-    def __init__(self, nodes: Sequence[Node], scope: Scope) -> None:
+    def __init__(self, nodes: Sequence[Node], scope: Scope, degrees: bool) -> None:
         self.nodes = [one for node in nodes for one in self._flat(node) if one.tag != "mspace"]
-        self.scope, self.at = scope, 0
+        self.scope, self.degrees, self.at = scope, degrees, 0
 
     def _flat(self, node: Node) -> list[Node]:
         """A row is no unit: its parentheses are among its children."""
@@ -135,6 +161,10 @@ class Reader:
         value = self.sum()
         assert self.peek() is None, f"unread: {key(self.nodes[self.at])}"
         return value
+
+    def read(self, nodes: Sequence[Node]) -> Any:
+        """The value of other nodes in this reader's place."""
+        return Reader(nodes, self.scope, self.degrees).whole()
 
     def sum(self) -> Any:
         total = None
@@ -155,8 +185,7 @@ class Reader:
             if (
                 is_text(node, "+", "−", ",", "<", "≥")
                 or self._closes(node)
-                or is_text(node, "d")
-                and node.get("mathvariant")
+                or (is_text(node, "d") and node.get("mathvariant"))
             ):
                 break
             if is_text(node, "/"):
@@ -180,8 +209,8 @@ class Reader:
             return math.gamma(self.atom(node) + 1)
         return self.atom(node)
 
-    def atom(self, node: Node) -> Any:  # noqa: C901 - one line a kind of node
-        inner = lambda child: Reader([child], self.scope).whole()  # noqa: E731
+    def atom(self, node: Node) -> Any:
+        inner = lambda child: self.read([child])  # noqa: E731
         if is_text(node, "("):
             (value,) = (values := self.arguments())[0]
             return value ** values[1] if values[1] is not None else value
@@ -194,7 +223,7 @@ class Reader:
         if node.tag == "mfrac":
             return inner(node[0]) / inner(node[1])
         if node.tag == "msqrt":
-            return _root(Reader(list(node), self.scope).whole())
+            return _root(self.read(list(node)))
         if node.tag == "mover":
             return inner(node[0]).conjugate()
         if node.tag in ("munderover", "msubsup", "mo") and key(node if node.tag == "mo" else node[0]) in ("∑", "∫"):
@@ -213,7 +242,7 @@ class Reader:
         name = key(base)
         if node.tag == "msubsup":
             name, power = f"{key(node[0])}_{key(node[1])}", inner(node[2])
-        if name in FUNCTIONS and name not in self.scope.values or self._is_function(name):
+        if (name in FUNCTIONS and name not in self.scope.values) or self._is_function(name):
             values, after = self.argument()
             value = FUNCTIONS[name](*values) if name in FUNCTIONS else self.scope.defined(name, *values)
             power = power if after is None else after
@@ -224,7 +253,7 @@ class Reader:
         elif name == "π":
             value = math.pi
         else:
-            value = self.scope.value(name)
+            value = self.scope.value(name, self.degrees)
         return value if power is None else value**power
 
     def _is_function(self, name: str) -> bool:
@@ -252,34 +281,44 @@ class Reader:
         node = self.nodes[self.at]
         assert self._closes(node), key(node)
         self.at += 1
-        return Reader([node[1]], self.scope).whole() if node.tag == "msup" else None
+        return self.read([node[1]]) if node.tag == "msup" else None
 
     def summed(self, node: Node) -> Any:
-        """A sum over whole numbers, or an integral up to its d and variable."""
-        lower, upper = node[1], node[2]
+        """A sum over whole numbers, until its terms no longer count, or an integral up to its d and variable."""
         rest = self.nodes[self.at :]
         if key(node[0]) == "∑":
             self.at = len(self.nodes)
-            name = key(lower[0])
-            return math.fsum(Reader(rest, self.scope.with_value(name, float(m))).whole() for m in range(1, TERMS))
+            return _series(lambda m: self.with_value(rest, key(node[1][0]), m))
         end = next(k for k, one in enumerate(rest) if is_text(one, "d") and one.get("mathvariant"))
         name = key(rest[end + 1])
         self.at += end + 2
-        low, high = (math.inf if key(n) == "∞" else Reader([n], self.scope).whole() for n in (lower, upper))
-        body = lambda x: Reader(rest[:end], self.scope.with_value(name, x)).whole()  # noqa: E731
-        return integrate.quad(body, low, high, epsabs=0, epsrel=1e-10, limit=200)[0]
+        low, high = (math.inf if key(n) == "∞" else self.read([n]) for n in node[1:])
+        return integrate.quad(lambda x: self.with_value(rest[:end], name, x), low, high, epsabs=0, epsrel=1e-9)[0]
+
+    def with_value(self, nodes: Sequence[Node], name: str, value: float) -> Any:
+        return Reader(nodes, self.scope.with_value(name, value), self.degrees).whole()
 
     def cases(self, table: Node) -> Any:
         for row in table:
             value, condition = (list(cell) for cell in row)
             at = next(k for k, node in enumerate(condition) if is_text(node, "<", "≥"))
-            left, right = (Reader(part, self.scope).whole() for part in (condition[:at], condition[at + 1 :]))
+            left, right = (self.read(part) for part in (condition[:at], condition[at + 1 :]))
             if (left < right) == is_text(condition[at], "<"):
-                return Reader(value[:-1], self.scope).whole()
+                return self.read(value[:-1])
         raise AssertionError("no case holds")
 
     def matrix(self, table: Node) -> np.ndarray:
-        return np.array([[Reader(list(cell), self.scope).whole() for cell in row] for row in table])
+        return np.array([[self.read(list(cell)) for cell in row] for row in table])
+
+
+def _series(term: Callable[[float], float]) -> float:
+    total = 0.0
+    for m in range(1, TERMS):
+        value = term(float(m))
+        total += value
+        if m > 20 and value < 1e-17 * total:
+            break
+    return total
 
 
 def _times(a: Any, b: Any) -> Any:

@@ -25,8 +25,8 @@ class Described:
     def equations(self) -> dict[str, tuple[str, ...]]:
         r"""The LaTeX of each term by its weight, with that of the factors it names; empty where its docstring has none.
 
-        `\theta_i`, `\theta_r` and `\varphi` are the angles of `Geometry`, `\alpha` and `\beta` the tilt of the facet and the
-        angle at which light meets it.
+        `\theta_i`, `\theta_r` and `\varphi` are the angles of `Geometry`, `\alpha` is the tilt of the facet and `\beta`
+        the angle at which light meets it.
         """
         return {weight: complete(term) for weight, term in self.terms.items()}
 

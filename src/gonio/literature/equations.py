@@ -34,7 +34,7 @@ _GREEK = {"alpha", "gamma", "theta", "rho", "sigma", "tau", "Omega"}
 
 
 def symbol(name: str) -> str:
-    r"""A parameter's name in LaTeX: `sigma_m` is \sigma_m, `kdd` is k_{dd}, `b01` is b_{01}, `tilt` is \mathrm{tilt}."""
+    r"""The letter of a parameter in LaTeX: `sigma_m` \sigma_m, `kdd` k_{dd}, `b01` b_{01}, `tilt` \mathrm{tilt}."""
     if letter := _LETTERS.get(name):
         return letter
     head, _, tail = name.partition("_")

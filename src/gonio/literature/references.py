@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Reference:
-    """One publication. `where` is its journal with volume and pages, or its publisher; `doi` is empty where it has none.
+    """One publication. `where` is its journal with volume and pages, or its publisher. What is not known is empty.
 
     `str(reference)` is the whole citation in one line.
     """

@@ -16,6 +16,7 @@ class Reference:
 
     key: str
     authors: tuple[str, ...]
+    families: tuple[str, ...]
     year: str
     title: str
     where: str
@@ -28,6 +29,12 @@ class Reference:
         *others, last = self.authors
         names = f"{', '.join(others)} and {last}" if others else last
         return f"{names} ({self.year})" if self.year else names
+
+    @property
+    def short(self) -> str:
+        """`Walter et al. 2007`: how a table cites it."""
+        names = " and ".join(self.families) if len(self.families) < 3 else f"{self.families[0]} et al."
+        return f"{names} {self.year}".strip()
 
     @property
     def link(self) -> str:
@@ -71,6 +78,7 @@ def reference(key: str) -> Reference | None:
     return Reference(
         key=key,
         authors=tuple(_named(author) for author in entry["author"]),
+        families=tuple(author.get("literal") or author["family"] for author in entry["author"]),
         year=str(entry.get("issued", "")),
         title=entry["title"],
         where=_where(entry),

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-
 from _pages import BENCHMARKS
 
 Models = Mapping[str, Mapping[str, Any]]
@@ -34,21 +33,25 @@ def paragraph() -> str:
 
     return (
         "If you are not sure, run `gonio fit SCAN`: it tries all models and takes the one that predicts best. The "
-        "percentages here are the mean error at incidence angles that the fit had not seen, on "
-        f"[measured scans](../real-surfaces.md). **Smooth, brushed or anodised metal** ({len(SMOOTH_METAL)} scans): "
-        f"{told(SMOOTH_METAL, 'gonio-best', 'binomial', 'rayleigh-rice', 'ggx')}; a single facet lobe such as `ggx` "
-        "misses the haze about the peak. **Sandblasted metal** "
-        f"({len(BLASTED_METAL)}): {told(BLASTED_METAL, 'wu-five-reciprocal', 'sgd', 'gonio-best', 'ggx')}; broad lobes "
-        "that rise towards grazing need few parameters. **Paint** "
-        f"({len(PAINT)}): {told(PAINT, 'gonio-best', 'sgd', 'ggx')}; a gloss lobe over a diffuse body, which all three have. "
-        f"**Black coating** ({len(BLACK)}): {told(BLACK, 'gonio-best', 'sgd', 'student-t', 'ggx')}; what is left of the "
-        "light is forward scatter and the wings of the lobe, so long tails count. **Rough diffuse** (white paper, "
-        f"{len(DIFFUSE)}): {told(DIFFUSE, 'gonio-best', 'torrance-sparrow', 'lambert')}; a weak broad lobe over an ideal "
-        "diffuse floor is enough, and [`oren-nayar`](oren-nayar.md) brings the rise towards the source of rough matte surfaces. "
+        "percentages here are mean errors at incidence angles that the fit had not seen, on "
+        "[measured scans](../real-surfaces.md). "
+        f"**Smooth, brushed or anodised metal** ({len(SMOOTH_METAL)} scans): "
+        f"{told(SMOOTH_METAL, 'gonio-best', 'binomial', 'rayleigh-rice', 'ggx', 'beckmann')}; the foot of the peak falls "
+        "far more slowly than a Gaussian, so take a model with a tail or with two scales. "
+        f"**Sandblasted metal** ({len(BLASTED_METAL)}): "
+        f"{told(BLASTED_METAL, 'wu-five-reciprocal', 'sgd', 'gonio-best', 'torrance-sparrow')}; the lobe is broad, and simple "
+        "facet models come near. "
+        f"**Paint** ({len(PAINT)}): {told(PAINT, 'gonio-best', 'sgd', 'ggx', 'beckmann')}; a gloss peak with a tail over a "
+        "diffuse body. "
+        f"**Black coating** ({len(BLACK)}): {told(BLACK, 'gonio-best', 'sgd', 'student-t', 'ggx', 'torrance-sparrow')}; what "
+        "is left is surface reflection, so take a Fresnel factor, which the last of these lacks. "
+        f"**Rough diffuse** (white paper, {len(DIFFUSE)}): "
+        f"{told(DIFFUSE, 'gonio-best', 'torrance-sparrow', 'lambert', 'oren-nayar')}; a weak broad lobe over an ideal diffuse "
+        "floor is enough. "
         "**Mirror-like scatter** (polished optics): no measured scan is of this kind; take "
-        "[`harvey-shack`](harvey-shack.md) or [`abg`](abg.md), whose three numbers stray-light programs read, or "
-        "[`rayleigh-rice`](rayleigh-rice.md), whose parameters are those of the height spectrum: the scatter of polished "
-        "surfaces depends on the distance to the mirror direction in direction cosines, as these three do."
+        "[`harvey-shack`](harvey-shack.md) or [`abg`](abg.md), whose numbers stray-light programs read, or "
+        "[`rayleigh-rice`](rayleigh-rice.md), whose parameters are those of the height spectrum: they depend on the "
+        "distance to the mirror direction in direction cosines, as the scatter of polished surfaces does."
     )
 
 
@@ -56,6 +59,4 @@ def ranked(scans: Mapping[str, Any], kind: Sequence[str]) -> dict[str, str]:
     """Mean left-out error of every model over the scans of a kind, as a part of the value."""
     models = [scans[name]["models"] for name in kind]
     errors = {name: [one[name]["left_out"] for one in models] for name in models[0]}
-    return {
-        name: f"{100 * (10 ** np.mean(values) - 1):.0f} %" for name, values in errors.items() if None not in values
-    }
+    return {name: f"{100 * (10 ** np.mean(values) - 1):.0f} %" for name, values in errors.items() if None not in values}

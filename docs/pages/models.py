@@ -1,18 +1,19 @@
 """Make docs/models/, a page a model and an index, and their figures, from the declarations: part of `make docs`."""
 
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from rich.progress import track
-
 from _model_choice import paragraph
 from _pages import DOCS, table
+from rich.progress import track
+
 from gonio import Geometry, catalogue
 from gonio.app.views import catalogue as present
 from gonio.literature.equations import factors, markdown, summary, symbol
-from gonio.literature.references import Reference
+from gonio.literature.references import Reference, reference
 from gonio.model import Model
 from gonio.plotting.style import THETA_R, house_style, line_style, mark_specular, new_figure, save
 from gonio.units import unit_label
@@ -61,20 +62,33 @@ def equations(model: Model) -> Iterator[str]:
     shown: set[str] = set()
     for weight, term in model.terms.items():
         unit = present.WEIGHT_UNITS[model.term_unit(weight)]
-        yield from (f"### Weight {weight}", "", f"{summary(term)} Unit of the weight: {unit}.", "")
-        yield from (markdown(term), "")
+        yield from (f"### Weight {weight}", "", f"{cited(summary(term))} Unit of the weight: {unit}.", "")
+        yield from (cited(markdown(term)), "")
         for factor in factors(term):
             if factor.__name__ not in shown:
                 shown.add(factor.__name__)
-                yield from (f"**`{factor.__name__}`**: {summary(factor)}", "", markdown(factor), "")
-    yield from ("### Angles", "", ANGLES_TEXT, "", markdown(Geometry).partition("The facet")[2].join(("The facet", "")), "")
+                yield from (f"**`{factor.__name__}`**: {cited(summary(factor))}", "", from_equation(factor), "")
+    yield from ("### Angles", "", ANGLES_TEXT, "", from_equation(Geometry), "")
+
+
+def cited(text: str) -> str:
+    """Publications by author and year in place of their keys, without the places in the project's own collection."""
+    text = re.sub(r" \(formulas [^()]*\)|[;,] formulas [\d.]+", "", text)
+    return re.sub(r"\b[a-z]+\d{4}\b", lambda key: one.short if (one := reference(key[0])) else key[0], text)
+
+
+def from_equation(function: Callable[..., Any]) -> str:
+    """The docstring from its first equation on: what stands above is about the code."""
+    _, dollars, after = markdown(function).partition("$$")
+    return dollars + after
 
 
 ANGLES_TEXT = (
     "The unit vectors $(x_i, y_i, z_i)$ and $(x_r, y_r, z_r)$ point from the surface to the source and to the detector; z is "
     "the surface normal. $\\theta_i$ and $\\theta_r$ are their angles from it, and $\\varphi$ is the azimuth between them: "
     "$\\varphi = \\pi$ is the side of the mirror direction. Angles are in rad unless a unit stands beside them, and the "
-    "BRDF is 0 below the horizon."
+    "BRDF is 0 below the horizon. The facet whose normal is the half vector of both directions is tilted by $\\alpha$, and light "
+    "meets it at the angle $\\beta$:"
 )
 
 
@@ -113,8 +127,10 @@ def evaluated(model: Model) -> Iterator[str]:
     yield from ("Values at default shape and weight 1, to check another implementation by:", "")
     geometry = Geometry.from_degrees(*np.transpose(CHECKED))
     basis = {w: np.broadcast_to(value, len(CHECKED)) for w, value in model.basis(geometry, {}).items()}
-    heads = ["θᵢ", "θᵣ", "φ", *basis]
-    yield table(heads, ([*map("{:g}°".format, angles), *(f"{v[k]:.6g}" for v in basis.values())] for k, angles in enumerate(CHECKED)), 0)
+    rows = [
+        [*map("{:g}°".format, angles), *(f"{v[k]:.6g}" for v in basis.values())] for k, angles in enumerate(CHECKED)
+    ]
+    yield table(["θᵢ", "θᵣ", "φ", *basis], rows, 0)
     yield from ("", "<details>", "<summary>The code of the terms</summary>", "")
     for weight, term in model.terms.items():
         yield from (f"`{weight}`:", "", "```python", present.equation(term), "```", "")
@@ -166,6 +182,8 @@ def index() -> str:
 
 def main() -> int:
     PAGES.mkdir(exist_ok=True)
+    for left in PAGES.glob("*.md"):  # that of a model that was renamed
+        left.unlink()
     (PAGES / "index.md").write_text(index(), encoding="utf-8")
     for model in track(catalogue.values(), "drawing", disable=not sys.stderr.isatty()):
         save(drawing(model), FIGURES / model.name, (".png",), force=True)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from _pages import ROOT
+
 from gonio.literature.references import entries
 
 HEAD = "% Made by `make docs` from src/gonio/literature/references.yaml: edit that file.\n\n"

@@ -1,6 +1,5 @@
 """What a Model says of itself to people: its source, its equations, and both as HTML for notebooks."""
 
-import html
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -41,6 +40,8 @@ class Described:
 
     def _repr_html_(self) -> str:
         """Title, source with its link, and the equation of every term, for notebooks."""
+        import html
+
         source = self.source
         origin = html.escape(str(source).removesuffix(source.link) if source else self.cite)
         if source and source.link:

@@ -20,7 +20,7 @@ def profile(squared: Array, gamma: Array) -> Array:
 
 
 def hemispherical_integral(gamma: Array) -> Array:
-    r"""H(gamma) = pi * int_0^{pi/2} sin(2 t)/(1 + (t/gamma)^2) dt [sr], gamma the half width in degrees.
+    r"""Integral H of the lobe times the cosine over the hemisphere [sr], `gamma` the half width in degrees.
 
     The closed form, Im of sine and cosine integrals at complex arguments times cosh(2 gamma), loses ten digits to
     cancellation at gamma = 720 deg and exists in no array library but SciPy. After t = gamma sinh(s) the integrand is

@@ -108,7 +108,7 @@ def elliptical_ggx_lambda(x: Array, y: Array, z: Array, along: Array, across: Ar
 
 
 def ggx_visibility(g: Geometry, width: Array) -> Array:
-    r"""Smith's height-correlated masking of GGX slopes over 4 cos theta_i cos theta_r (formulas 3.2).
+    r"""G/(4 cos theta_i cos theta_r), G being Smith's height-correlated masking of GGX slopes (formulas 3.2).
 
     (1 + 2 Lambda) cos is a root that no cosine divides: finite at grazing, and a fifth of the work.
 

@@ -107,11 +107,11 @@ def test_every_parameter_is_in_the_equations(term):
 
 @every_term
 def test_equations_fit_a_phone(term):
-    """Each line has at most 48 characters side by side, which is what 360 pixels hold at the size of the text."""
+    """Each line has at most 36 characters side by side, which is what 360 pixels hold at the size of the text."""
     for function in (term, *factors(term)):
         assert equations(function), function.__name__
         for block in equations(function):
-            assert width(block) <= 48, block
+            assert width(block) <= 36, block
 
 
 @every_term

@@ -38,7 +38,8 @@ def shifted_gamma_facets(
 
         \begin{aligned}
         f_s &= \frac{F\,D\,S(\theta_i)\,S(\theta_r)}{\pi\cos\theta_i\cos\theta_r} \\
-        F &= \max(0, F_0 - F_1\cos\beta + (1 - F_0)(1 - \cos\beta)^5) \\
+        F &= \max(0, F_0 - F_1\cos\beta + E) \\
+        E &= (1 - F_0)(1 - \cos\beta)^5 \\
         D &= \frac{\exp(-x)}{\pi x^p\cos^4\alpha} \\
         x &= a + \frac{\tan^2\alpha}{a} \\
         S(\theta) &= \max(0, 1 + d\,(1 - \exp(c\,u^k))) \\

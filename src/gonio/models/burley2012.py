@@ -71,7 +71,8 @@ def principled(
         f_s &= (1 - \mathrm{metallic})\,B + F\,\frac{D\,G}{4\cos\theta_i\cos\theta_r} \\
         B &= \mathrm{base}\;f_b + \mathrm{sheen}\;h(\beta) \\
         F &= C + (1 - C)\,h(\beta) \\
-        C &= 0.08\,(1 - \mathrm{metallic})\,\mathrm{specular} + \mathrm{metallic}\;\mathrm{base} \\
+        C &= 0.08\,(1 - \mathrm{metallic})\,\mathrm{specular} \\
+        &\quad + \mathrm{metallic}\;\mathrm{base} \\
         h(\theta) &= (1 - \cos\theta)^5
         \end{aligned}
 
@@ -80,10 +81,14 @@ def principled(
     .. math::
 
         \begin{aligned}
-        f_b &= \frac{1}{\pi}\left((1 - \mathrm{subsurface})\,P(E) + \mathrm{subsurface}\;S\right) \\
-        P(t) &= (1 + (t - 1)\,h(\theta_i))(1 + (t - 1)\,h(\theta_r)) \\
+        f_b &= (1 - \mathrm{subsurface})\,P(E)/\pi \\
+        &\quad + \mathrm{subsurface}\;S/\pi \\
+        P(t) &= (1 + (t - 1)\,h_i)(1 + (t - 1)\,h_r) \\
+        h_i &= h(\theta_i) \\
+        h_r &= h(\theta_r) \\
         E &= 0.5 + 2\,\mathrm{roughness}\,\cos^2\beta \\
-        S &= 1.25\left(P(V)\left(\frac{1}{\cos\theta_i + \cos\theta_r} - 0.5\right) + 0.5\right) \\
+        S &= 1.25\,(P(V)\,U + 0.5) \\
+        U &= \frac{1}{\cos\theta_i + \cos\theta_r} - 0.5 \\
         V &= \mathrm{roughness}\,\cos^2\beta
         \end{aligned}
 

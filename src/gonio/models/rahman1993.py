@@ -18,7 +18,8 @@ def bowl_with_hot_spot(g: Geometry, k: Bowl, theta: Asymmetry, rc: HotSpot) -> P
     .. math::
 
         \begin{aligned}
-        f_r &= \frac{1}{\pi}\,(\cos\theta_i\cos\theta_r\,(\cos\theta_i + \cos\theta_r))^{k - 1}\,P\,E \\
+        f_r &= \frac{1}{\pi}\,M^{k - 1}\,P\,E \\
+        M &= \cos\theta_i\cos\theta_r\,(\cos\theta_i + \cos\theta_r) \\
         P &= \frac{1 - \Theta^2}{(1 + \Theta^2 + 2\Theta\cos 2\beta)^{3/2}} \\
         E &= 1 + \frac{1 - r_c}{1 + \sqrt{T}} \\
         T &= \tan^2\theta_i + \tan^2\theta_r - 2\tan\theta_i\tan\theta_r\cos\varphi

@@ -176,7 +176,8 @@ def exponential_power_lambda(cos: Array, width: Array, p: Array) -> Array:
     .. math::
 
         \begin{aligned}
-        \Lambda(\theta) &= \frac{2p}{\pi\,\Gamma(1/p)} \int_x^{\infty} (h - \arctan h)\,\exp(-r^{2p})\,r\,\mathrm{d}r \\
+        \Lambda(\theta) &= E\int_x^{\infty} (h - \arctan h)\,\exp(-r^{2p})\,r\,\mathrm{d}r \\
+        E &= \frac{2p}{\pi\,\Gamma(1/p)} \\
         h &= \sqrt{r^2/x^2 - 1} \\
         x &= \frac{\cot\theta}{w}
         \end{aligned}

@@ -89,11 +89,7 @@ def model_lines(model: "Model") -> Iterator[Any]:
     from rich.text import Text
 
     yield strong(model.name, f": {model.title}")
-    if cited := str(model.source or model.cite):
-        yield f"source: {cited}"
-    if model.confidence != "confirmed":
-        yield f"{model.confidence}: the source was not at hand in full"
-    yield ""
+    yield f"source, {model.confidence}: {model.source or model.cite or 'none named'}\n"
     yield formula(model) + "\n"
     for weight, term in model.terms.items():
         unit = WEIGHT_UNITS[model.term_unit(weight)]

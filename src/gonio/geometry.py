@@ -29,12 +29,25 @@ class Directions(NamedTuple):
 
 
 class Geometry(Directions):
-    """Pairs of directions, and the quantities that models need of them, each computed once, on first use.
+    r"""Pairs of directions, and the quantities that models need of them, each computed once, on first use.
 
     A plain tuple of arrays, hence a JAX pytree without registration. Everything is derived from cosines and the half
     vector, so that nothing is singular at the normal or at the mirror direction. Quantities that several parts of a
     model use end in a product: XLA computes a quotient or a root that is used several times in a loop of its own,
     through memory.
+
+    The facet whose normal is the half vector of both directions is tilted by alpha, and light meets it at the angle
+    beta:
+
+    .. math::
+
+        \begin{aligned}
+        \cos 2\beta &= \cos\theta_i\cos\theta_r + \sin\theta_i\sin\theta_r\cos\varphi \\
+        \cos\alpha &= \frac{\cos\theta_i + \cos\theta_r}{2\cos\beta} \\
+        \tan^2\alpha &= s_x^2 + s_y^2 \\
+        s_x &= \frac{x_i + x_r}{z_i + z_r} \\
+        s_y &= \frac{y_i + y_r}{z_i + z_r}
+        \end{aligned}
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, g
 
 from gonio.arrays import Array, align, constants, is_traced_never
 from gonio.geometry import Geometry
+from gonio.literature.described import Described
 from gonio.outside import NearestNames as NearestNames
 from gonio.outside import shortened
 
@@ -89,13 +90,13 @@ def sampler_of(term: Term) -> Sampler | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Model(Described):
     """A BRDF model [1/sr, without the cosine]; `from_function` makes one of a plain function in one line.
 
     Parameters
     ----------
     name, title, cite : str
-        What it is called, what it is, and the key of its source in references.bib.
+        What it is called, what it is, and its source: a key of gonio's references, or any text.
     terms : mapping
         Functions of a Geometry and of shape parameters, by the name of the weight of each. ValueError for one that does
         not declare its unit or an argument, and for two that declare one parameter differently.

@@ -47,7 +47,7 @@ def test_why_a_block_is_not_run_is_one_of_few_reasons():
     assert all(any(reason.startswith(known) for known in REASONS) for reason in reasons), reasons
 
 
-REASONS = ("the files are yours", "needs ", "installs ", "takes ")
+REASONS = ("the files are yours", "needs ", "installs ", "is part of ")
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def evaluated(model: Model) -> Iterator[str]:
     yield from ("## Evaluate", "", "```python", "import gonio", "")
     yield "geometry = gonio.Geometry.from_degrees(40.0, 20.0, 180.0)  # theta_i, theta_r, phi"
     yield from (f'brdf = gonio.catalogue["{model.name}"](geometry, {{{weights}}})', "```", "")
-    yield from ("```sh", f'gonio eval {model.name} {options} --at "40,20,180"', f"gonio draw {model.name}", "```", "")
+    yield from ("```sh", f'gonio eval {model.name} {options} --at "40,20,180"', "```", "")
     yield from ("Values at default shape and weight 1, to check another implementation by:", "")
     geometry = Geometry.from_degrees(*np.transpose(CHECKED))
     basis = {w: np.broadcast_to(value, len(CHECKED)) for w, value in model.basis(geometry, {}).items()}

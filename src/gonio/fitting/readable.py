@@ -1,7 +1,8 @@
 """What people ask of a fit: its points and predictions, its residuals and metrics, tables, reports and figures.
 
 A fit of one scan keeps the points that it was fitted to (`scan`). What is computed with the rooms above this one is in
-`gonio.results`: a solution finds these functions there by their names, on first use, as `gonio` finds its public names.
+`gonio.results` and `gonio.reporting`: a solution finds these functions there by their names, on first use, as `gonio`
+finds its public names.
 So a report knows solutions, and a solution depends on no report, on Matplotlib or on pandas.
 """
 
@@ -97,13 +98,14 @@ class Readable:
         """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it."""
         return _reader("plot")(self.scan, self, kind, ax)
 
-    def report(self, path: str | Path, force: bool = False) -> Path:
-        """Write what `print(solution)` says, as a page with figures for `.html`, or as text for `.md` and `.txt`.
+    def report(self, path: str | Path, force: bool = False, about: Any = None) -> Path:
+        """Write a report: a page with figures, tables and checks for `.html`, what `print(solution)` says for `.md`
+        and `.txt`.
 
-        Returns the path. Raises FileExistsError where the file exists, without `force`, and ValueError for another
-        suffix.
+        about: what a scan cannot say of the sample and the instrument, as `gonio.report` takes it. Returns the path.
+        Raises FileExistsError where the file exists, without `force`, and ValueError for another suffix.
         """
-        return _reader("write")(self, Path(path), force)
+        return _reader("report", "gonio.reporting")(self, path, about=about, force=force)
 
     def __repr__(self) -> str:
         return _reader("in_a_line")(self)
@@ -114,9 +116,9 @@ class Readable:
 
     def _repr_html_(self) -> str:
         """The same report as a fragment of HTML for notebooks, below 20 kB."""
-        return _reader("as_html")(self)
+        return _reader("as_html", "gonio.reporting")(self)
 
 
-def _reader(name: str) -> Any:
-    """A function of `gonio.results`, by name: reports and figures know a Solution, and never the reverse."""
-    return getattr(importlib.import_module("gonio.results"), name)
+def _reader(name: str, room: str = "gonio.results") -> Any:
+    """A function of the rooms above, by name: reports and figures know a Solution, and never the reverse."""
+    return getattr(importlib.import_module(room), name)

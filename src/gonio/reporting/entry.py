@@ -1,0 +1,51 @@
+"""`gonio.report`: one call from a scan or a fit to its page."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from gonio.comparison.answer import fit
+from gonio.fitting.solution import Solution
+from gonio.reporting.about import checked, read_about
+from gonio.reporting.case import Case, Known
+from gonio.reporting.page import write
+
+
+def report(
+    of: Solution | xr.Dataset,
+    path: str | Path,
+    *,
+    scan: xr.Dataset | None = None,
+    about: Mapping[str, Any] | str | Path | None = None,
+    date: str = "",
+    force: bool = False,
+) -> Path:
+    """Write a report on a scan or a fit: one page of HTML that needs nothing else, for `.md` and `.txt` the short text.
+
+        gonio.report(gonio.fit(scan, "ggx"), "page.html", about={"sample": {"name": "SRT1"}})
+
+    of: a fit; or a scan, to which the best model is fitted first, as `gonio.fit(scan)` does. scan: the scan of a fit as
+    it was read, for what the fit does not hold: masked values, header, systematic uncertainties. about: what a scan
+    cannot say of the sample, instrument and environment, by the names of BiRD's universal format, or a YAML file of
+    them. date: of the report, today where it is empty.
+    Returns the path. Raises FileExistsError where it exists, without `force`; ValueError for another suffix, for a key
+    that BiRD does not have, and for a fit that does not hold its points where no scan is given.
+    """
+    told = read_about(Path(about)) if isinstance(about, str | Path) else checked(about or {})
+    if isinstance(of, xr.Dataset):
+        scan, of = of, fit(of)
+    case = Case(with_points(of, scan), scan, Known(about=told, date=date or today()))
+    return write(case, Path(path), force)
+
+
+def with_points(solution: Solution, scan: xr.Dataset | None) -> Solution:
+    """A fit that holds the points that it was fitted to; ValueError where neither it nor the scan has them."""
+    return solution if solution.has_scan or scan is None else solution.with_scan(scan)
+
+
+def today() -> str:
+    """The date of today in Greenwich, as ISO 8601 has it."""
+    return datetime.now(UTC).date().isoformat()

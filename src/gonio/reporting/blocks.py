@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 MOST_ROWS = 120  # of a table; a spectrum has a value of each parameter at each wavelength
+MOST_COLUMNS, SHORT = 4, 26  # of a table, and characters of a cell, that a telephone has room for
 LONG = 14  # rows from which a table is folded on a screen
 
 
@@ -80,6 +81,12 @@ class Table:
     def shown(self) -> Sequence[Sequence[Cell]]:
         """The rows that are printed."""
         return self.rows[:MOST_ROWS]
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether a telephone shows each row as a list."""
+        texts = [cell.text for row in self.shown for cell in row if not cell.is_number]
+        return len(self.heads) > MOST_COLUMNS or any(len(text) > SHORT for text in texts)
 
     @property
     def beyond(self) -> int:

@@ -10,10 +10,12 @@ import xarray as xr
 
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
+from gonio.plausibility import Verdict
 from gonio.plotting.panels import parted
 from gonio.plotting.style import quantity_of
 from gonio.resampling.hemisphere import Reflectance
 from gonio.results.energy import of_table
+from gonio.results.laws import of_fit
 from gonio.units import unit_label
 
 MOST_SETS = 3  # channels, wavelengths .. whose curves and values are shown
@@ -89,6 +91,11 @@ class Case:
         except ValueError:
             return False
         return True
+
+    @cached_property
+    def laws(self) -> dict[str, list[Verdict]]:
+        """The verdicts on the fit by set (`laws.of_fit`); ValueError for groups of other coordinates."""
+        return of_fit(self.solution)
 
     @property
     def unit(self) -> str:

@@ -10,7 +10,6 @@ from gonio.reporting.case import Case
 from gonio.reporting.citation import of_gonio, reference
 from gonio.results.energy import findings as energy_findings
 from gonio.results.implausible import implausible
-from gonio.results.laws import of_fit
 from gonio.results.numbers import figure
 
 HOLDS = {True: "holds", False: "violated", None: "no verdict"}
@@ -21,7 +20,7 @@ def plausibility(case: Case) -> Section:
     rows = [_row("measured values", verdict) for verdict in of_scan(case.scan, case.table)]
     notes = [f"not physical: {words}" for words in implausible(case.solution)]
     try:
-        for words, verdicts in of_fit(case.solution).items():
+        for words, verdicts in case.laws.items():
             rows += [_row(f"fit of {case.model}" + f", {words}" * bool(words), verdict) for verdict in verdicts]
     except ValueError as error:
         notes.append(f"the fit was not checked: it {error}")

@@ -149,8 +149,8 @@ def _conventions(case: Case) -> Section:
         "θᵢ and θᵣ are the angles of source and detector from the surface normal. φ = φᵣ − φᵢ is the azimuth between "
         "them: 180° is forward, the half-plane of the specular direction, and 0 is backscatter.",
         "In the plane of incidence θᵣ has a sign: positive is forward, so that the specular direction is θᵣ = θᵢ.",
-        "u is a standard uncertainty (k = 1). U = 2 u is the expanded uncertainty (k = 2), which covers about 95 % where "
-        "errors are normal.",
+        "u is a standard uncertainty (k = 1). U = 2 u is the expanded uncertainty (k = 2), which covers about 95 % "
+        "where errors are normal.",
     ]
     if "polarisation" in case.flat.coords:
         lines.append("s is perpendicular to the plane of ray and normal, p lies in it, and u is unpolarised light.")

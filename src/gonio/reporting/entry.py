@@ -1,17 +1,22 @@
 """`gonio.report`: one call from a scan or a fit to its page."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from datetime import date as date_type
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from gonio.comparison.answer import fit
+from gonio.door.digest import sha256
+from gonio.files import refuse_existing
 from gonio.fitting.solution import Solution
 from gonio.reporting.about import checked, read_about
-from gonio.reporting.case import Case, Known
-from gonio.reporting.page import write
+from gonio.reporting.case import Case, Known, Source
+from gonio.reporting.page import refuse_other_suffix, write
+
+SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
 
 
 def report(
@@ -34,10 +39,12 @@ def report(
     Returns the path. Raises FileExistsError where it exists, without `force`; ValueError for another suffix, for a key
     that BiRD does not have, and for a fit that does not hold its points where no scan is given.
     """
+    refuse_other_suffix(Path(path))
+    refuse_existing(Path(path), force)
     told = read_about(Path(about)) if isinstance(about, str | Path) else checked(about or {})
     if isinstance(of, xr.Dataset):
         scan, of = of, fit(of)
-    case = Case(with_points(of, scan), scan, Known(about=told, date=date or today()))
+    case = Case(with_points(of, scan), scan, Known(about=told, date=dated(date)))
     return write(case, Path(path), force)
 
 
@@ -46,6 +53,16 @@ def with_points(solution: Solution, scan: xr.Dataset | None) -> Solution:
     return solution if solution.has_scan or scan is None else solution.with_scan(scan)
 
 
-def today() -> str:
-    """The date of today in Greenwich, as ISO 8601 has it."""
-    return datetime.now(UTC).date().isoformat()
+def sources(files: Sequence[Path]) -> Sequence[Source]:
+    """Files as a report names them."""
+    return [Source(name=path.name, sha256=sha256(path)) for path in files]
+
+
+def dated(text: str = "") -> str:
+    """A date as ISO 8601 has it, that of today in Greenwich where none is given; ValueError for what is no date."""
+    if not text:
+        return datetime.now(UTC).date().isoformat()
+    try:
+        return date_type.fromisoformat(text).isoformat()
+    except ValueError:
+        raise ValueError(f"the date of a report is {text!r}: give it as in 2026-01-31") from None

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CURVES = Page(size="85x58mm", font=8, title="")
-RESIDUALS = Page(size="85x62mm", font=8, title="")
+RESIDUALS = Page(size="85x68mm", font=8, title="")
+PANEL = (0.185, 0.2, 0.79, 0.765)  # left, bottom, width and height of the axes on a page of that size with that text
 TALL = Page(size="85x150mm", font=8, title="", dpi=130)
 MOST = 6  # curves that are drawn
 DECADES = 1.3  # from least to largest value, from which an axis is logarithmic
@@ -65,7 +66,7 @@ def _curve(case: Case, part: xr.Dataset, theta_i: float, words: str) -> Picture 
     try:
         with drawn_on(CURVES):
             figure = drawn("curves", "", part, fits, view)
-            return Picture(_svg(figure, f"curve-{theta_i:.4g}-{words}", f"Curve at {where}"), where)
+            return Picture(_svg(_alone(figure), f"curve-{theta_i:.4g}-{words}", f"Curve at {where}"), where)
     except ValueError as error:
         return f"No figure of curves: {error}"
 
@@ -101,7 +102,10 @@ def _drawing(case: Case, kind: str) -> "Figure":
         from gonio.plotting.one_axes import residuals_on
 
         figure = Figure(figsize=RESIDUALS.sides)
-        residuals_on(figure.subplots(), case.points, {case.model: case.solution.brdf})
+        ax = figure.subplots()
+        residuals_on(ax, case.points, {case.model: case.solution.brdf})
+        ax.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.45, 1.0), columnspacing=1.0, handlelength=1.2)
+        ax.set_position((*PANEL[:3], 0.65))
         return figure
 
 
@@ -129,10 +133,7 @@ def hemisphere_pictures(case: Case) -> Iterator[Any]:
 
 
 def _svg(figure: "Figure", name: str, said: str) -> str:
-    """One svg element whose names are its own on the page, with fonts that stand in for Matplotlib's.
-
-    A legend that the page has in words, titles and labels of formulas are taken away: they take room, and time.
-    """
+    """One svg element whose names are its own on the page, with fonts that stand in for Matplotlib's."""
     _bare(figure)
     prefix = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") + "-"
     text = svg_of(figure)
@@ -143,11 +144,21 @@ def _svg(figure: "Figure", name: str, said: str) -> str:
     return text.replace("<svg ", f'<svg role="img" aria-label="{escape(printable(said))}" ', 1)
 
 
-def _bare(figure: "Figure") -> None:
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
+def _alone(figure: "Figure") -> "Figure":
+    """A figure of one panel whose legend and title stand on the page in words, in margins that are known."""
     for legend in list(figure.legends):
         legend.remove()
+    figure.set_layout_engine("none")
+    for ax in figure.axes:
+        ax.set_title("")
+        ax.set_position(PANEL)
+    return figure
+
+
+def _bare(figure: "Figure") -> None:
+    """Powers of ten in plain digits, as formulas take most of the time of drawing."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_scale() == "log":

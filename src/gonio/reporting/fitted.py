@@ -1,6 +1,7 @@
 """Section 9: the model, its values and how sure they are, how good it is where, and what else was tried."""
 
 import inspect
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -8,12 +9,10 @@ import numpy as np
 from gonio.comparison.metrics import METRICS, metrics_by_incidence
 from gonio.fitting.certainty.correlation import Free
 from gonio.fitting.certainty.identifiability import combinations, determinations
-from gonio.plausibility import FURNACE_ANGLES, hemispherical_reflectance
 from gonio.reporting.blocks import Cell, Facts, Notes, Section, Table, angle, count, filled, number
 from gonio.reporting.case import Case
 from gonio.reporting.citation import reference
 from gonio.reporting.figures import residual_pictures
-from gonio.results.laws import fitted, labels_of
 from gonio.results.numbers import interval, uncertain
 from gonio.results.prediction import is_logarithmic
 from gonio.results.values import AT_BOUND, HELD, Value, values
@@ -23,7 +22,7 @@ TOGETHER = 0.9  # correlation, in size, that is said in words
 MOST_PAIRS = 12
 MANY = 400  # free values beyond which their correlations are not listed
 MOST_TRIED = 10  # models that are listed
-MOST_ANGLES = 60  # of incidence whose metrics are listed
+MOST_ANGLES = 60  # of incidence whose metrics are listed, and reflectances
 
 
 def section(case: Case) -> Section:
@@ -99,7 +98,15 @@ def _parameters(case: Case) -> Table:
         rows.append(
             [
                 *(Cell(name), *_number_and_u(value), *[number(shift, 2)] * has_systematic, _interval(value)),
-                *(Cell(unit_label(value.unit)), Cell(parameter.help if parameter else "weight"), Cell(value.status)),
+                *(
+                    Cell(unit_label(value.unit)),
+                    Cell(
+                        parameter.help
+                        if parameter
+                        else f"weight of {_called(case.solution.model.terms[value.parameter])}"
+                    ),
+                    Cell(value.status),
+                ),
             ]
         )
     return Table("parameters", "Parameters: value, standard uncertainty u and interval of the fit", heads, rows)
@@ -139,7 +146,7 @@ def _certainty(case: Case) -> Iterator[str]:
     for a, b in pairs[order[:MOST_PAIRS]]:
         one, other, r = free.names[inside[a]], free.names[inside[b]], together[a, b]
         how = "a higher" if r > 0 else "a lower"
-        yield f"A higher {one} is made up for by {how} {other}: correlation {r:.3f}."
+        yield f"A higher {one} is made up for by {how} {other}: correlation {r:.3f}.".replace("-0", "−0")
     if len(pairs) > MOST_PAIRS:
         yield f"{len(pairs) - MOST_PAIRS} more pairs have correlations beyond {TOGETHER:g}."
     for combined in combinations(case.solution):
@@ -174,17 +181,21 @@ def _by_incidence(case: Case) -> Table:
 
 
 def _filled(case: Case) -> Iterator[Table]:
-    """Reflectances of the model over the whole hemisphere; of one whose values hold for all angles and sets."""
-    if not case.is_absolute or labels_of(case.solution) or case.quantity != "BRDF":
+    """Reflectances of the model over the whole hemisphere, as the check of energy found them."""
+    try:
+        verdicts = {words: next(v for v in found if v.law == "energy") for words, found in case.laws.items()}
+    except ValueError:  # of which the section on plausibility says why
         return
-    rows = []
-    for theta_i in FURNACE_ANGLES[:-1]:
-        value = hemispherical_reflectance(lambda g: fitted(case.solution, {}, g), theta_i)
-        rows.append([angle(theta_i), number(value, 4)])
+    verdicts = {words: verdict for words, verdict in verdicts.items() if verdict.figures}
+    if not verdicts or case.quantity != "BRDF":
+        return
+    names = list(dict.fromkeys(name for verdict in verdicts.values() for name in verdict.figures))[:MOST_ANGLES]
+    heads = [f"θᵢ = {name.removeprefix('DHR(').removesuffix(')')}°" for name in names]
+    rows = [[Cell(w or "all"), *(number(v.figures.get(n, math.nan)) for n in names)] for w, v in verdicts.items()]
     caption = (
-        f"Directional-hemispherical reflectance of {case.model}. The model fills all directions that were not measured."
+        f"Directional-hemispherical reflectance of {case.model}, which fills the directions that were not measured"
     )
-    yield Table("model-reflectance", caption, ["θᵢ [deg]", "reflectance"], rows, left=0)
+    yield Table("model-reflectance", caption, ["set", *heads], rows)
 
 
 def _tried(case: Case) -> Table:

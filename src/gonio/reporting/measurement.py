@@ -50,14 +50,16 @@ def geometries(case: Case) -> Table:
     heads = ["geometry", "θᵢ [deg]", "θᵣ [deg]", "φ [deg]", f"f [{case.unit}]", "U, k = 2", "f fitted", "U of the fit"]
     rows = []
     for words, part in case.sets.items():
-        here = case.part_known[words]
-        for name, at in _chosen(part):
-            one = part.isel(direction=[at])
+        chosen = list(_chosen(part))
+        there = part.isel(direction=[at for _, at in chosen])
+        fitted = _fitted(case, there) if chosen and case.part_known[words] else [[Cell("–")] * 2] * len(chosen)
+        for k, (name, _) in enumerate(chosen):
+            one = there.isel(direction=[k])
             directions = [angle(float(one[n].values[0])) for n in dataset.ANGLES]
             rows.append(
                 [
                     *(Cell(", ".join((name, words)) if words else name), *directions),
-                    *(number(float(one["brdf"].values[0])), _expanded(one), *_fitted(case, one, here)),
+                    *(number(float(one["brdf"].values[0])), _expanded(one), *fitted[k]),
                 ]
             )
     return Table("geometries", "Values at named geometries", heads, rows)
@@ -87,12 +89,11 @@ def _expanded(one: xr.Dataset) -> Cell:
     return number(EXPANDED * math.hypot(*stated), 2) if stated else Cell("not stated")
 
 
-def _fitted(case: Case, one: xr.Dataset, known: bool) -> list[Cell]:
-    """The fitted value at one direction with its expanded uncertainty."""
-    if not known:
-        return [Cell("–"), Cell("–")]
-    found = band(case.solution, one)
-    return [number(float(found["brdf"].values[0])), number(EXPANDED * float(found["uncertainty"].values[0]), 2)]
+def _fitted(case: Case, there: xr.Dataset) -> list[list[Cell]]:
+    """The fitted value at each direction of a flat scan with its expanded uncertainty."""
+    found = band(case.solution, there)
+    pairs = zip(found["brdf"].values, EXPANDED * found["uncertainty"].values, strict=True)
+    return [[number(float(value)), number(float(spread), 2)] for value, spread in pairs]
 
 
 def _explained(case: Case) -> list[str]:

@@ -115,11 +115,16 @@ def _in_a_script(record: Mapping[str, Any]) -> Any:
     return Markup(text)
 
 
+def refuse_other_suffix(path: Path) -> None:
+    """ValueError for a file whose suffix names no form of a report."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"{path}: a report is written as .html, .md or .txt: choose one of these")
+
+
 def write(case: Case, path: Path, force: bool) -> Path:
     """The report in the form that the suffix names; ValueError for another, FileExistsError without `force`."""
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ValueError(f"{path}: a report is written as .html, .md or .txt: choose one of these")
+    refuse_other_suffix(path)
     if suffix == ".html":
         text = page(case)
     else:

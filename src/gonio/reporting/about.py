@@ -75,7 +75,7 @@ def _checked(value: Any, allowed: Mapping[str, Any], above: str) -> Any:
         return {str(n): _checked(one, allowed.get(str(n), TEXT), f"{above}{n}.") for n, one in value.items()}
     if isinstance(value, list | tuple):
         return [_checked(one, allowed, above) for one in value]
-    return "" if value is None else f"{value:.17g}" if isinstance(value, float) else str(value)
+    return "" if value is None else str(value)
 
 
 def over(first: About, second: About) -> About:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 MOST_ROWS = 120  # of a table; a spectrum has a value of each parameter at each wavelength
-MOST_COLUMNS, SHORT = 4, 26  # of a table, and characters of a cell, that a telephone has room for
+MOST_COLUMNS, ROOM = 4, 30  # of a table, and characters of a row, that a telephone has room for
+LEAST_POWER, MOST_POWER = -4, 6  # of ten, from which and up to which a number is written without one
 LONG = 14  # rows from which a table is folded on a screen
 
 
@@ -30,11 +31,15 @@ class Cell:
 NOT_STATED = Cell("not stated", None)
 
 
-def number(value: float, digits: int = 4, unit: str = "", signed: bool = False) -> Cell:
+def number(value: float, digits: int = 4, unit: str = "") -> Cell:
     """A number with so many significant digits, and a unit behind it; a dash where there is none."""
     if not math.isfinite(value):
         return Cell("–" if math.isnan(value) else "∞" if value > 0 else "−∞", None, True)
-    text = f"{value:{'+' if signed else ''}.{digits}g}".replace("e-0", "e-").replace("e+0", "e+")
+    text = f"{value:.{digits - 1}e}"
+    power = int(text.partition("e")[2])
+    if LEAST_POWER <= power < MOST_POWER:
+        text = f"{float(text):.{max(digits - 1 - power, 0)}f}"
+    text = "0" if value == 0 else text.replace("e-0", "e-").replace("e+0", "e+")
     return Cell(f"{text} {unit}".rstrip(), float(text), True)
 
 
@@ -60,6 +65,12 @@ class Facts:
 
     kind: ClassVar = "facts"
     rows: Sequence[tuple[str, Cell]]
+    title: str = ""
+
+    @property
+    def is_long(self) -> bool:
+        """Whether they are folded on a screen, under their title."""
+        return len(self.rows) > LONG and bool(self.title)
 
     def data(self) -> dict[str, Any]:
         """By label."""
@@ -85,8 +96,8 @@ class Table:
     @property
     def is_wide(self) -> bool:
         """Whether a telephone shows each row as a list."""
-        texts = [cell.text for row in self.shown for cell in row if not cell.is_number]
-        return len(self.heads) > MOST_COLUMNS or any(len(text) > SHORT for text in texts)
+        lengths = (sum(len(cell.text) for cell in row) for row in self.shown)
+        return len(self.heads) > MOST_COLUMNS or max(lengths, default=0) > ROOM
 
     @property
     def beyond(self) -> int:

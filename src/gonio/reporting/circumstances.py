@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from gonio.measured.sound import is_stated
 from gonio.reporting import bird
 from gonio.reporting.about import About, checked, further, over, stated
 from gonio.reporting.bird import Item
-from gonio.reporting.blocks import Cell, Facts, Lines, Notes, Section, angle, count, filled, number
+from gonio.reporting.blocks import Cell, Facts, Lines, Notes, Picture, Pictures, Section, angle, count, filled, number
 from gonio.reporting.case import Case
 from gonio.results.content import scan_name
 
@@ -41,7 +42,13 @@ def sections(case: Case) -> tuple[list[Section], Section]:
         out.append(Section(title.lower(), title, blocks))
     every: list[Item] = [item for items, _ in asked.values() for item in items]
     if rest := list(further(about, every)):
-        out.append(Section("remarks", "Further statements", [Facts([(name, Cell(text)) for name, text in rest])]))
+        out.append(
+            Section(
+                "remarks",
+                "Further statements",
+                [Facts([(name, Cell(text)) for name, text in rest], title="All else that was stated")],
+            )
+        )
     return [*out, _conventions(case)], _not_stated(missing)
 
 
@@ -70,8 +77,9 @@ def _of_the_file(case: Case) -> About:
 def _identified(case: Case) -> list[tuple[str, Cell]]:
     rows = [("date of the report", Cell(case.known.date))] if case.known.date else []
     rows.append(("scan", Cell(scan_name(case.solution))))
-    for file in case.known.files:
-        rows.append((f"SHA-256 of {file.name}", Cell(file.sha256 or "none: it is a folder")))
+    for k, file in enumerate(case.known.files, start=1):
+        digest = f", SHA-256 {file.sha256}" if file.sha256 else ", a folder"
+        rows.append(("file" if k == 1 else f"file {k}", Cell(file.name + digest)))
     return rows
 
 
@@ -154,4 +162,6 @@ def _conventions(case: Case) -> Section:
     ]
     if "polarisation" in case.flat.coords:
         lines.append("s is perpendicular to the plane of ray and normal, p lies in it, and u is unpolarised light.")
-    return Section("conventions", "Quantity and conventions", [Notes("conventions", lines, plain=True)])
+    sketch = (Path(__file__).parent / "templates" / "conventions.svg").read_text(encoding="utf-8")
+    pictures = Pictures("", [Picture(sketch, "Directions as gonio counts them")])
+    return Section("conventions", "Quantity and conventions", [Notes("conventions", lines, plain=True), pictures])

@@ -23,9 +23,12 @@ if TYPE_CHECKING:
 CURVES = Page(size="85x58mm", font=8, title="")
 RESIDUALS = Page(size="85x68mm", font=8, title="")
 PANEL = (0.185, 0.2, 0.79, 0.765)  # left, bottom, width and height of the axes on a page of that size with that text
-TALL = Page(size="85x150mm", font=8, title="", dpi=130)
+TALL = Page(size="85x130mm", font=8, title="", dpi=130)
+SPECTRUM = Page(size="85x75mm", font=8, title="")
 MOST = 6  # curves that are drawn
+SHORT_AXIS = 30.0  # of its ends: an axis that is shorter shows 2 and 5 beside powers of ten
 DECADES = 1.3  # from least to largest value, from which an axis is logarithmic
+FEWEST = 20  # directions out of plane that show something of a hemisphere
 HALVES = 2  # incidence angles whose hemispheres are drawn
 
 
@@ -94,7 +97,7 @@ def residual_pictures(case: Case) -> Iterator[Any]:
 
 
 def _drawing(case: Case, kind: str) -> "Figure":
-    with drawn_on(RESIDUALS if kind == "residuals" else TALL), house_style():
+    with drawn_on(RESIDUALS if kind == "residuals" else SPECTRUM), house_style():
         if kind != "residuals":
             return drawn(kind, "", case.points, {case.model: case.solution})
         from matplotlib.figure import Figure
@@ -111,12 +114,12 @@ def _drawing(case: Case, kind: str) -> "Figure":
 
 def hemisphere_pictures(case: Case) -> Iterator[Any]:
     """Top views of what was measured out of plane, each above that of the fit."""
-    out_of_plane = ~dataset.is_in_plane(case.flat)
-    if not out_of_plane.any():
-        return
     part = next(iter(case.sets.values()))
-    angles = np.unique(part["theta_i"].values[~dataset.is_in_plane(part)])
-    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, HALVES).round().astype(int))] if angles.size else []
+    angles, counts = np.unique(part["theta_i"].values[~dataset.is_in_plane(part)], return_counts=True)
+    angles = angles[counts >= FEWEST]
+    if not angles.size:
+        return
+    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, HALVES).round().astype(int))]
     pictures, notes = [], []
     for theta_i in (float(one) for one in chosen):
         try:
@@ -157,10 +160,13 @@ def _alone(figure: "Figure") -> "Figure":
 
 def _bare(figure: "Figure") -> None:
     """Powers of ten in plain digits, as formulas take most of the time of drawing."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_scale() == "log":
+                low, high = sorted(axis.get_view_interval())
+                if 0 < low and high < SHORT_AXIS * low:
+                    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
                 axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
                 axis.set_minor_formatter(NullFormatter())

@@ -20,6 +20,7 @@ from gonio.units import unit_label
 
 TOGETHER = 0.9  # correlation, in size, that is said in words
 MOST_PAIRS = 12
+LEFT_OUT = {"theta_i": "each incidence angle", "out-of-plane": "all that is out of plane"}
 MANY = 400  # free values beyond which their correlations are not listed
 MOST_TRIED = 10  # models that are listed
 MOST_ANGLES = 60  # of incidence whose metrics are listed, and reflectances
@@ -52,7 +53,7 @@ def _what(case: Case) -> Facts:
         ("publication", Cell(reference(solution.model.cite))),
         ("how the search ended", Cell(str(solution.status))),
         ("points fitted", count(attrs["points"])),
-        ("effective number of values", number(solution.effective_values, 3)),
+        ("effective number of values", Cell(f"{solution.effective_values:.3g}")),
         ("weighting", Cell(f"{attrs['weighting']}{_reason(str(attrs['weighting_reason']))}")),
         ("loss", Cell(str(attrs["loss"]))),
     ]
@@ -163,10 +164,11 @@ def _metrics(case: Case) -> Table:
         own = [number(left_out, 3) if left_out is not None else Cell("–")] if validated else []
         label = METRICS[name].title + (", which the fit makes small" if name == first else "")
         rows.append([Cell(label), number(value, 3), *own, Cell(METRICS[name].help)])
-    by = {"theta_i": "each incidence angle left out in turn"}.get(
-        str(validated.get("by")), f"parts left out in turn: {validated.get('by')}"
+    by = str(validated.get("by"))
+    by = f"{by} parts of blocks of directions" if by.isdigit() else LEFT_OUT.get(by, by)
+    caption = "How far the fit is off" + (
+        f", and where it was not fitted ({by}, left out in turn)" if validated else ""
     )
-    caption = "How far the fit is off" + (f", and where it was not fitted ({by})" if validated else "")
     return Table("metrics", caption, heads, rows)
 
 

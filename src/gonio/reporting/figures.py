@@ -166,7 +166,7 @@ def _bare(figure: "Figure") -> None:
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_scale() == "log":
                 low, high = sorted(axis.get_view_interval())
-                if 0 < low and high < SHORT_AXIS * low:
+                if low > 0 and high < SHORT_AXIS * low:
                     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
                 axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
                 axis.set_minor_formatter(NullFormatter())

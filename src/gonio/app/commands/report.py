@@ -152,8 +152,8 @@ def _refuse_options_of_fits(
     model: str,
 ) -> None:
     """ValueError where a stored fit is reported, and it is said how to fit."""
-    asked = (problem, search, answered, page.covariance, page.joint, model)
-    if asked != (ProblemOptions(), SearchOptions(), AnswerOptions(), DEFAULT, False, ""):
+    asked = (problem.given(), search, answered, page.covariance, page.joint, model)
+    if asked != (ProblemOptions().given(), SearchOptions(), AnswerOptions(), DEFAULT, False, ""):
         raise ValueError(
             f"{path}: holds a fit, and options of fitting belong to a scan: leave them out, or name the scan"
         )

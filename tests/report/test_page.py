@@ -60,7 +60,7 @@ def test_the_page_is_strict_html_with_every_section(pages, kind):
     assert [a["id"] for tag, a in page.elements if tag == "section" and a["id"] != "remarks"] == list(SECTIONS)
     ids = [a["id"] for _, a in page.elements if "id" in a]
     assert len(ids) == len(set(ids))
-    used = {one or other for one, other in re.findall(r'"#([\w-]+)"|url\(#([\w-]+)\)', text)}
+    used = {one or other for one, other in re.findall(r'href="#([\w-]+)"|url\(#([\w-]+)\)', text)}
     assert used <= set(ids)
     assert DATE in page.text
 

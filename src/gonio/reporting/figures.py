@@ -29,7 +29,6 @@ MOST = 6  # curves that are drawn
 SHORT_AXIS = 30.0  # of its ends: an axis that is shorter shows 2 and 5 beside powers of ten
 DECADES = 1.3  # from least to largest value, from which an axis is logarithmic
 FEWEST = 20  # directions out of plane that show something of a hemisphere
-HALVES = 2  # incidence angles whose hemispheres are drawn
 
 
 def curve_pictures(case: Case) -> Iterator[Any]:
@@ -119,18 +118,18 @@ def hemisphere_pictures(case: Case) -> Iterator[Any]:
     angles = angles[counts >= FEWEST]
     if not angles.size:
         return
-    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, HALVES).round().astype(int))]
+    theta_i = float(angles[len(angles) // 2])  # one, as each takes a second
     pictures, notes = [], []
-    for theta_i in (float(one) for one in chosen):
-        try:
-            with drawn_on(TALL):
-                figure = drawn("hemisphere", "", case.scan, {case.model: case.solution}, View(theta_i=(theta_i,)))
-                name = f"Hemisphere at θᵢ = {theta_i:.4g}°"
-                pictures.append(Picture(_svg(figure, f"hemisphere-{theta_i:.4g}", name), name))
-        except ValueError as error:
-            notes.append(f"No figure of the hemisphere: {error}")
+    try:
+        with drawn_on(TALL):
+            figure = drawn("hemisphere", "", case.scan, {case.model: case.solution}, View(theta_i=(theta_i,)))
+            name = f"Hemisphere at θᵢ = {theta_i:.4g}°"
+            pictures.append(Picture(_svg(figure, "hemisphere", name), name))
+    except ValueError as error:
+        notes.append(f"No figure of the hemisphere: {error}")
     legend = "Top views: the centre is θᵣ = 0, the rim 90°, forward to the right; + is the specular direction. Blank "
     legend += "directions were not measured. Above as measured, below the fit."
+    legend += f" Shown is 1 of {len(angles)} incidence angles." * (len(angles) > 1)
     yield Pictures(legend, pictures)
     yield Notes("hemisphere-figures", list(dict.fromkeys(notes)), plain=True)
 

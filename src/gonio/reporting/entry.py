@@ -6,12 +6,14 @@ from datetime import date as date_type
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from gonio.comparison.answer import fit
 from gonio.door.digest import sha256
 from gonio.files import refuse_existing
 from gonio.fitting.solution import Solution
+from gonio.measured.dataset import points, unit
 from gonio.reporting.about import checked, read_about
 from gonio.reporting.case import Case, Known, Source
 from gonio.reporting.page import refuse_other_suffix, write
@@ -37,7 +39,8 @@ def report(
     cannot say of the sample, instrument and environment, by the names of BiRD's universal format, or a YAML file of
     them. date: of the report, today where it is empty.
     Returns the path. Raises FileExistsError where it exists, without `force`; ValueError for another suffix, for a key
-    that BiRD does not have, and for a fit that does not hold its points where no scan is given.
+    that BiRD does not have, for another scan than that of the fit, and for a fit without its points where no scan is
+    given.
     """
     refuse_other_suffix(Path(path))
     refuse_existing(Path(path), force)
@@ -49,8 +52,20 @@ def report(
 
 
 def with_points(solution: Solution, scan: xr.Dataset | None) -> Solution:
-    """A fit that holds the points that it was fitted to; ValueError where neither it nor the scan has them."""
-    return solution if solution.has_scan or scan is None else solution.with_scan(scan)
+    """A fit with the points that it was fitted to, from the scan where it does not hold them.
+
+    Raises ValueError where the scan has not the values that were fitted.
+    """
+    if scan is None:
+        return solution
+    if not solution.has_scan:
+        return solution.with_scan(scan)
+    flat = points(scan)
+    if unit(flat) != solution.unit or not np.isin(solution.scan["brdf"].values, flat["brdf"].values).all():
+        raise ValueError(
+            "this scan has not the values that were fitted: give the scan of the fit, corrected and selected as it was"
+        )
+    return solution
 
 
 def sources(files: Sequence[Path]) -> Sequence[Source]:

@@ -30,7 +30,7 @@ EXAMPLES = (
     Example("gonio report results --out page.html", "The page of a fit that is there already"),
     Example(
         "gonio report results --scan scan.csv --about about.yml --out page.html",
-        "The same with the header of the scan and what the laboratory says of sample and instrument",
+        "The same with the header of the scan, and what the laboratory says",
     ),
     Example(
         "gonio report scan.csv --model ggx --date 2026-01-31 --out page.html",
@@ -76,7 +76,10 @@ def command(
             metavar="FILE", help=f"scans, or a fit: solution.nc or its folder ({NO_PIPES})", show_default=False
         ),
     ],
-    out: Annotated[Path, Option("the file to write: a page as .html, a short text as .md or .txt", metavar="FILE")],
+    out: Annotated[
+        Path,
+        Option("the file to write: a page as .html, a short text as .md or .txt", metavar="FILE", panel=Panel.OUTPUT),
+    ],
     problem: ProblemOptions,
     search: SearchOptions,
     used: ScanOptions,

@@ -47,7 +47,7 @@ class ReportOptions:
     about: Annotated[
         str,
         Option(
-            "YAML file on sample, instrument and environment, by the names of the BiRD format",
+            "what is known of sample, instrument and environment: YAML with the names of BiRD",
             metavar="FILE",
             panel=Panel.DATA,
         ),

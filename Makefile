@@ -4,7 +4,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE docs/gonio.1
+SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE CITATION.cff references.bib docs/gonio.1
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 # Python compiles a module when it is first imported; compiling all that is installed takes most of a minute.
 INSTALL := $(PIP) install --no-compile

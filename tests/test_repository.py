@@ -15,8 +15,8 @@ from places import ROOT
 from structure import arguments, circles, functions, imports, lines
 
 DEPENDENCIES = """
-array-api-compat defusedxml google-crc32c matplotlib numcodecs numpy pooch python-calamine pyyaml rich scipy typer
-xarray zarr
+array-api-compat defusedxml google-crc32c jinja2 matplotlib numcodecs numpy pooch python-calamine pyyaml rich scipy
+typer xarray zarr
 """
 PROMISED = """
 lambert torrance-sparrow wang-2016 liu-2016 cauchy-lorentz cauchy-lorentz-reciprocal cook-torrance

@@ -207,7 +207,7 @@ def test_fit_writes_its_results(run, scan_file, tmp_path):
     assert "results" in text
     names = {path.name for path in out.iterdir()}
     kinds = ("curves", "residuals", "components", "convergence")
-    assert names == {"solution.nc", "fit.json"} | {f"{k}.{s}" for k in kinds for s in ("png", "svg")}
+    assert names == {"solution.nc", "fit.json", "report.html"} | {f"{k}.{s}" for k in kinds for s in ("png", "svg")}
     code, _, err = run(*command)
     assert code == 1
     assert "--force" in err

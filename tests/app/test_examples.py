@@ -56,6 +56,7 @@ def files(tmp_path_factory):
     (folder / "results").mkdir()
     smooth.save(folder / "results" / "solution.nc")
     (folder / "coating.yml").write_text(CONSTANTS)
+    (folder / "about.yml").write_text("sample: {name: panel 7, manufacturer: A. Painter}")
     rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))

@@ -52,7 +52,7 @@ def test_the_page_of_results_runs(folder, capsys, monkeypatch):
     np.testing.assert_allclose(found["ratio"], 1.0, atol=0.1)
     assert {p.name for p in folder.iterdir()} >= {"residuals.png", "two-models.svg", "report.html", "solution.nc"}
     commands = [line for block in blocks("docs/results.md", "") for line in block.splitlines() if line]
-    assert len(commands) == 5
+    assert len(commands) == 7
     for command in commands:
         monkeypatch.setattr("sys.argv", shlex.split(command))
         with pytest.raises(SystemExit) as ended:

@@ -1,7 +1,8 @@
 """What people ask of a fit: its points and predictions, its residuals and metrics, tables, reports and figures.
 
 A fit of one scan keeps the points that it was fitted to (`scan`). What is computed with the rooms above this one is in
-`gonio.results`: a solution finds these functions there by their names, on first use, as `gonio` finds its public names.
+`gonio.results` and `gonio.reporting`: a solution finds these functions there by their names, on first use, as `gonio`
+finds its public names.
 So a report knows solutions, and a solution depends on no report, on Matplotlib or on pandas.
 """
 
@@ -136,15 +137,17 @@ class Readable:
         """
         return _reader("plot")(self.scan, self, kind, ax, **words)
 
-    def report(self, path: str | Path, force: bool = False) -> Path:
-        """Write what `print(solution)` says, as a page with figures or as text.
+    def report(self, path: str | Path, force: bool = False, about: Any = None) -> Path:
+        """Write a report: a page with figures, tables and checks, or what `print(solution)` says as text.
 
         Parameters
         ----------
         path : str or Path
-            The file: `.html` for a page with figures, `.md` or `.txt` for text.
+            The file: `.html` for the page, `.md` or `.txt` for text.
         force : bool
             Whether a file that exists is replaced.
+        about : mapping or path, optional
+            What a scan cannot say of the sample and the instrument, as `gonio.report` takes it.
 
         Returns
         -------
@@ -159,7 +162,7 @@ class Readable:
             The suffix is another.
 
         """
-        return _reader("write")(self, Path(path), force)
+        return _reader("report", "gonio.reporting")(self, path, about=about, force=force)
 
     def __repr__(self) -> str:
         return _reader("in_a_line")(self)
@@ -170,9 +173,9 @@ class Readable:
 
     def _repr_html_(self) -> str:
         """The same report as a fragment of HTML for notebooks, below 20 kB."""
-        return _reader("as_html")(self)
+        return _reader("as_html", "gonio.reporting")(self)
 
 
-def _reader(name: str) -> Any:
-    """A function of `gonio.results`, by name: reports and figures know a Solution, and never the reverse."""
-    return getattr(importlib.import_module("gonio.results"), name)
+def _reader(name: str, room: str = "gonio.results") -> Any:
+    """A function of the rooms above, by name: reports and figures know a Solution, and never the reverse."""
+    return getattr(importlib.import_module(room), name)

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from gonio.app.answering import AnswerOptions, watched
 from gonio.app.help_page import Example
 from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models, refuse_unused
-from gonio.app.output import emit_json, show
+from gonio.app.output import command_line, emit_json, show
 from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit import written
@@ -21,6 +21,9 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.options import Option, Panel
 from gonio.plotting.page import Page
+from gonio.reporting.case import Case, Known
+from gonio.reporting.entry import dated, sources, with_points
+from gonio.reporting.page import write as write_report
 
 EXAMPLES = (
     Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
@@ -45,7 +48,7 @@ class FitOptions(AnswerOptions):
         bool,
         Option("fit several scans together: one shape for all, weights for each", panel=Panel.DATA),
     ] = False
-    out: Annotated[str, Option("write the fit, its JSON and its figures to this folder", metavar="DIR")] = ""
+    out: Annotated[str, Option("write the fit, its JSON, its figures and a report to this folder", metavar="DIR")] = ""
     page: Page = field(default_factory=Page)
 
 
@@ -84,6 +87,9 @@ def command(
         with filling(out, output.force) as folder:
             emit_json(record, str(folder / "fit.json"))
             written.write(fitted.page, folder, found.problem.data, row, answers)
+            known = Known(date=dated(), command=command_line(), seed=search.seed, files=sources(scans))
+            solution = with_points(row.solution, found.problem.data)
+            write_report(Case(solution, found.problem.data, known), folder / "report.html", force=True)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, chain(answer_report.lines(which, found), fit_report.lines(which, row, scrutiny, answers)))
     if out and output.json != "-":

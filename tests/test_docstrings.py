@@ -41,7 +41,8 @@ def _has_words(value: object) -> bool:
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_its_examples_run(name):
+def test_its_examples_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write a file
     home, _, last = name.rpartition(".")
     thing = getattr(import_module(home), last)
     runner = doctest.DocTestRunner()

@@ -32,15 +32,43 @@ def report(
 ) -> Path:
     """Write a report on a scan or a fit: one page of HTML that needs nothing else, for `.md` and `.txt` the short text.
 
-        gonio.report(gonio.fit(scan, "ggx"), "page.html", about={"sample": {"name": "SRT1"}})
+    Parameters
+    ----------
+    of : Solution or xarray.Dataset
+        A fit; or a scan, to which the best model is fitted first, as `gonio.fit(scan)` does.
+    path : str or Path
+        The file to write.
+    scan : xarray.Dataset, optional
+        The scan of a fit as it was read, for what the fit does not hold: masked values, header, systematic
+        uncertainties.
+    about : mapping or path, optional
+        What a scan cannot say of the sample, the instrument and the environment, by the names of BiRD's universal
+        format, or a YAML file of them.
+    date : str
+        Of the report; today where it is empty.
+    force : bool
+        Whether a file that exists is replaced.
 
-    of: a fit; or a scan, to which the best model is fitted first, as `gonio.fit(scan)` does. scan: the scan of a fit as
-    it was read, for what the fit does not hold: masked values, header, systematic uncertainties. about: what a scan
-    cannot say of the sample, instrument and environment, by the names of BiRD's universal format, or a YAML file of
-    them. date: of the report, today where it is empty.
-    Returns the path. Raises FileExistsError where it exists, without `force`; ValueError for another suffix, for a key
-    that BiRD does not have, for another scan than that of the fit, and for a fit without its points where no scan is
-    given.
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    FileExistsError
+        The file exists, and `force` is not set.
+    ValueError
+        The suffix is another, a key is none of BiRD's, the scan is not that of the fit, or the fit has no points and no
+        scan is given.
+
+    Examples
+    --------
+    >>> import gonio
+    >>> solution = gonio.fit(gonio.sample("coating"), "ggx")
+    >>> gonio.report(solution, "page.html", about={"sample": {"name": "SRT1"}}).name
+    'page.html'
+
     """
     refuse_other_suffix(Path(path))
     refuse_existing(Path(path), force)

@@ -11,6 +11,7 @@ import textwrap
 from collections.abc import Callable
 from typing import Any
 
+_SECTION = re.compile(r"^\w[\w ]*\n-{3,}$", re.MULTILINE)
 _BLOCK = re.compile(r"^\.\. math::\n\n((?: {4}.*\n|\n)+)", re.MULTILINE)
 _FORMULA = re.compile(r":math:`([^`]+)`")
 _FACTOR = re.compile(r":func:`\.(\w+)`")
@@ -83,8 +84,11 @@ def summary(function: Callable[..., Any]) -> str:
 
 
 def markdown(function: Callable[..., Any]) -> str:
-    """What stands below the first line of the docstring, as Markdown with equations between dollars."""
-    text = _docstring(function).partition("\n")[2]
+    """What stands below the first line of the docstring, as Markdown with equations between dollars.
+
+    Sections of arguments and examples, whose headings are underlined, are for programmers and left out.
+    """
+    text = _SECTION.split(_docstring(function).partition("\n")[2])[0]
     text = _BLOCK.sub(lambda block: f"$$\n{textwrap.dedent(block[1]).strip()}\n$$\n\n", text)
     text = _FORMULA.sub(lambda formula: f"${' '.join(formula[1].split())}$", text)
     return _FACTOR.sub(r"`\1`", text).strip()

@@ -8,7 +8,7 @@ from pages import NOT_RUN, Reader, blocks, compare
 from places import ROOT
 
 GENERATED = ("command-line.md", "formats.md")  # of which other tests run or hold what they show
-OWN_TESTS = ("tables.md", "adding-a-model.md")  # tests/tables/test_page.py, tests/test_adding_a_model.py
+OWN_TESTS = ("figures.md", "tables.md")  # tests/printed/test_page.py, tests/tables/test_page.py
 WHOLE = ("tutorial.md",)  # tries every model; the others a few, as all take ten seconds
 PAGES = [
     path

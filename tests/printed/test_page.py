@@ -33,7 +33,7 @@ def blocks(language):
 
 
 def test_the_commands_run(folder, monkeypatch):
-    commands = [line for block in blocks("") for line in block.splitlines() if line.startswith("gonio ")]
+    commands = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("gonio ")]
     assert len(commands) == 3
     for command in commands:
         monkeypatch.setattr("sys.argv", shlex.split(command))
@@ -50,7 +50,7 @@ def test_the_python_and_the_style_run(folder):
     namespace = {}
     exec(compile(code, "figures.md", "exec"), namespace)
     assert {path.name for path in folder.iterdir()} == {"scan.csv", "fig3.pdf", "fig4.png"}
-    style = next(block for block in blocks("") if block.startswith("axes."))
+    style = next(block for block in blocks("text") if block.startswith("axes."))
     (folder / "mine.mplstyle").write_text(style)
     figure = namespace["solution"].plot(style="mine.mplstyle")
     assert figure.axes[0].lines[1].get_color() == "#000000"

@@ -195,3 +195,15 @@ def test_the_templates_are_in_the_package():
 
     names = {entry.name for entry in (files("gonio.reporting") / "templates").iterdir()}
     assert {"page.html", "blocks.html", "fragment.html", "style.css", "conventions.svg"} <= names
+
+
+def test_what_is_simulated_is_called_simulated(tmp_path):
+    """A scan that was written as a table and read again as well: its history says so."""
+    gonio.write(gonio.sample("coating"), tmp_path / "scan.csv")
+    scan = gonio.read(tmp_path / "scan.csv")
+    assert scan.attrs["simulated"] == "simulated from ggx"
+    held = {"index": 1.5, "extinction": 0.0}
+    text = gonio.report(gonio.fit(scan, "ggx", held=held), tmp_path / "page.html", scan=scan).read_text("utf-8")
+    assert "Report on simulated values" in text
+    assert "no: the values are simulated from ggx" in text
+    assert "of a measurement of scattered light" not in text

@@ -1,5 +1,6 @@
 """gonio.plot and Solution.plot: every figure of every kind of fit, on axes of one's own too, and reports as files."""
 
+import re
 import xml.etree.ElementTree as ET
 
 import matplotlib as mpl
@@ -96,7 +97,7 @@ def test_a_report_is_a_page_with_its_figures(single, tmp_path):
     page = path.read_text(encoding="utf-8")
     root = ET.fromstring(page.partition("\n")[2])
     assert len(root.findall(".//{http://www.w3.org/2000/svg}svg")) == 4  # conventions, two curves, residuals
-    assert "http" not in page.replace("http://www.w3.org", "").replace("http-equiv", "")
+    assert not re.search(r"(?:src|href)=.http", page)  # nothing is loaded; a citation may name its DOI
     with pytest.raises(FileExistsError):
         single.report(path)
     single.report(path, force=True)

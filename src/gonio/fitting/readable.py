@@ -8,7 +8,6 @@ So a report knows solutions, and a solution depends on no report, on Matplotlib 
 
 import functools
 import importlib
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,13 +48,12 @@ class Readable:
         kept.pop("weight")
         coords = {name: kept.pop(name) for name in list(kept) if name not in ("brdf", "uncertainty")}
         history = str(self.dataset.attrs["data_history"])
-        simulated = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)
         scan = xr.Dataset(
             {name: (v.dims, v.values, {"units": self.dataset.attrs["unit"]}) for name, v in kept.items()},
             coords={
                 n: (v.dims, v.values, {"units": "degree"} if n in scans.DIRECTIONS else {}) for n, v in coords.items()
             },
-            attrs={"history": history} | ({"simulated": simulated[1]} if simulated else {}),
+            attrs={"history": history} | scans.said_to_be_simulated(history),
         )
         if "wavelength" in scan.coords:
             scan["wavelength"].attrs["units"] = "nm"

@@ -9,6 +9,7 @@ Dimensions are either one flat `direction`, or dense: those of SETS, then the ax
 nodes below the horizon hold NaN. `history` has one line a step, `provenance` the header lines of the file.
 """
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -67,11 +68,17 @@ def make_scan(
         {name: ("direction", np.asarray(v), {"units": u}) for name, (v, u) in data.items()},
         coords={name: ("direction", np.asarray(v, dtype=float), {"units": "degree"}) for name, v in angles.items()}
         | {name: ("direction", np.asarray(v)) for name, v in (coordinates or {}).items()},
-        attrs={"Conventions": "CF-1.11", "history": history, "provenance": provenance},
+        attrs={"Conventions": "CF-1.11", "history": history, "provenance": provenance} | said_to_be_simulated(history),
     )
     if "wavelength" in scan.coords:
         scan["wavelength"].attrs["units"] = "nm"
     return scan
+
+
+def said_to_be_simulated(history: str) -> dict[str, str]:
+    """The attribute `simulated` of a scan whose history says that it was, wherever the scan has been since."""
+    said = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)
+    return {"simulated": said[1]} if said else {}
 
 
 def add_history(scan: xr.Dataset, line: str) -> xr.Dataset:

@@ -111,7 +111,9 @@ def _method(case: Case) -> list[tuple[str, Cell]]:
     flat = dataset.flatten(case.scan)
     used, every = int(dataset.in_use(flat).sum()), flat.sizes["direction"]
     absolute = "absolute: in 1/sr" if case.is_absolute else "relative: not calibrated, in arbitrary units"
-    rows = [
+    origin = f"no: the values are {case.scan.attrs['simulated']}" if "simulated" in case.scan.attrs else ""
+    rows = [("measured", Cell(origin))] if origin else []
+    rows += [
         ("absolute or relative", Cell(f"{absolute}, as the file has it")),
         ("values in use", count(used)),
         ("values masked or missing", count(every - used)),

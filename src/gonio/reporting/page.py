@@ -47,6 +47,7 @@ def page(case: Case) -> str:
         .get_template("page.html")
         .render(
             title=title(case),
+            subject="on simulated values" if "simulated" in case.scan.attrs else "of a measurement of scattered light",
             date=case.known.date,
             verdict=verdict(case),
             grade=case.solution.answer.get("verdict", {}).get("grade", ""),

@@ -67,7 +67,7 @@ def fit_many(
     Returns a Dataset over the lane dimensions and `parameter`, as `Results.dataset` says; `solution_of` makes a
     Solution of one lane. A lane that cannot be fitted raises nothing: its `status` says why, and its values are NaN.
     Raises ValueError for a stack that is a single scan, for unknown settings, without JAX, and for what only a fit of
-    one scan can do: an instrument's acceptance, smooth values, robust losses, log weighting, point_weights.
+    one scan can do: an instrument's acceptance, smooth values, robust losses, point_weights.
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
@@ -160,7 +160,6 @@ def _refuse(problem: Problem, covariance: str, precision: str) -> None:
         "an instrument's acceptance": bool(problem.instrument),
         "smooth values": bool(problem.smoothed),
         f"a {problem.loss} loss": problem.loss != "squared",
-        "log weighting": problem.logarithmic,
         "point_weights": problem.point_weights is not None,
     }
     for feature, requested in unsupported.items():

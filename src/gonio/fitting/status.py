@@ -26,7 +26,7 @@ class Status(StrEnum):
     NO_POINTS = "not fitted: every value is masked or missing"
     ALL_ZERO = "not fitted: every value is zero"
     NOT_WEIGHED = (
-        "not fitted: some values have no weight, as relative weighting gives none to what is not positive, or no square"
+        "not fitted: some values have no weight, as log and relative weighting give none to what is not positive, or no square"
     )
 
     @classmethod

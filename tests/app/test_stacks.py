@@ -89,7 +89,7 @@ def test_a_run_goes_on_and_says_so(run, stack, here):
     assert code == 0, err
     assert "nothing to do: 3 of 3 blocks are there" in out
     assert "converged" in out
-    assert "weighting uniform in every fit; auto and log are for single scans (gonio fit)" in out
+    assert "weighting of every fit: log, as all values of the scans are positive" in " ".join(out.split())
     (stack.with_name("out.zarr") / "manifest" / "0000001.json").unlink()
     code, out, err = run(*command(stack))
     assert code == 0, err
@@ -118,7 +118,7 @@ def test_ctrl_c_is_one_line_that_says_how_to_go_on(run, stack, here, monkeypatch
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (("--weighting", "relative"), "its problem weighting was uniform, and is relative now"),
+        (("--weighting", "relative"), "its problem weighting was log, and is relative now"),
         (("--bound", "rho=0.1:2"), "its problem bounds rho was not given"),
         (("--setting", "searches=5"), "its fit solver searches was 0, and is 5 now"),
     ],
@@ -229,7 +229,7 @@ def test_a_folder_is_stacked_by_one_command_and_fitted_by_another(run, folder, h
     np.testing.assert_allclose(values.sel(sample="wafer10"), 0.10 * np.pi, rtol=1e-12)
     assert np.isnan(values.sel(sample="wafer3"))
     assert "failed: 1 scan: wafer3 (not weighed)" in out
-    assert "weighting relative in every fit; auto and log are for single scans (gonio fit)" in out
+    assert "weighting of every fit: relative, as asked" in out
     record = json.loads(made.with_name("fit.json").read_text())
     assert record["failed"] == {"scans": 1, "first": [{"at": {"sample": "wafer3"}, "status": "not_weighed"}]}
     assert record["weighting"] == "relative"

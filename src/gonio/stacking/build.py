@@ -16,6 +16,7 @@ from gonio.outside import printable, shortened
 from gonio.stacking.layout import Layout
 from gonio.stacking.members import Member, members, names
 from gonio.stacking.onto import Onto
+from gonio.stacking.refusal import refusal
 from gonio.stacking.reuse import MADE_OF, digest
 from gonio.stacking.writing import Writer, left_out
 
@@ -62,7 +63,8 @@ def stack(
     `sample` holds the names of the files without suffix, or their paths where two are alike. Masked values become gaps.
     Uncertainties are kept where every scan states them. One chunk of scans is in memory at a time.
     Raises ValueError with the file, the place and the remedy for a scan of other directions, sets or unit than the
-    first, FormatError for a named file that cannot be read, FileExistsError where `out` exists without `force`.
+    first, FormatError for a named file that cannot be read, and one ValueError for all of several such files;
+    FileExistsError where `out` exists without `force`.
     """
     if onto is not None and resample:
         raise ValueError("--onto and --resample name two sets of directions: give one of them")
@@ -121,17 +123,19 @@ class _Work:
     masked: int = 0
     silent_on_uncertainty: list[Path] = field(default_factory=list)
     attrs: dict[str, Any] = field(default_factory=dict)
+    refused: list[ValueError] = field(default_factory=list)
 
     def add(self, member: Member) -> None:
-        """The next file; one of a folder that is no scan is left out."""
-        path = member.path
+        """The next file; one of a folder that is no scan is left out, and one that does not fit is told at the end."""
         try:
-            scan = _read(path, self.read)
+            self._add(member.path, _read(member.path, self.read))
         except FormatError as error:
-            if member.asked:
-                raise
-            self.skipped.append(error)
-            return
+            (self.refused if member.asked else self.skipped).append(error)
+        except ValueError as error:
+            self.refused.append(error)
+
+    def _add(self, path: Path, scan: xr.Dataset) -> None:
+        """The scan of a file; ValueError, with its name, where it does not fit to the first."""
         if self.onto is None and self.resample:
             self.onto = Onto.of(scan, path)
         self.unused |= left_out(scan)
@@ -157,6 +161,9 @@ class _Work:
 
     def finish(self, out: Path, attrs: dict[str, str]) -> Stacked:
         """The store complete with these attributes, and what came of it."""
+        if self.refused:
+            first_path = None if self.writer is None else self.writer.layout.path
+            raise refusal(self.refused, self.skipped, first_path, self.most)
         if self.writer is None:
             first = self.skipped[0]
             raise FormatError(first.path.parent, f"is a folder without a scan that can be read: {first}")

@@ -132,7 +132,9 @@ def advance(layout: Layout, lanes: LaneArrays, state: State, steps: Array) -> St
         unit = jnp.where(better, there, now.unit)
         remaining = _remaining(layout, lanes, unit, best)
         remaining = remaining / jnp.where(best.cost > 0, best.cost, 1.0)
-        small = (jnp.where(better, taken, asked) < 16 * eps) & jnp.isfinite(now.cost)  # the first pass, from infinite E, is not to move
+        small = (jnp.where(better, taken, asked) < 16 * eps) & jnp.isfinite(
+            now.cost
+        )  # the first pass, from infinite E, is not to move
         rounded = ~better & (expected < 4 * eps * now.cost)  # a better point could not be told from this one
         done = now.done | (remaining <= enough) | (best.cost <= exact) | small | rounded
         steps = now.steps + 1

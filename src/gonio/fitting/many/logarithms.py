@@ -169,7 +169,9 @@ def _corrected(layout: Layout, lanes: LaneArrays, terms: dict[str, Array], weigh
     changed = moved(weights, change, lanes.lower, lanes.upper)
     after = modelled(layout, lanes, terms, changed)
     better = after.cost < before.cost
-    return jnp.where(better, changed, weights), Modelled(*(jnp.where(better, a, b) for a, b in zip(after, before, strict=True)))
+    return jnp.where(better, changed, weights), Modelled(
+        *(jnp.where(better, a, b) for a, b in zip(after, before, strict=True))
+    )
 
 
 def moved(values: Array, step: Array, lower: Array | float, upper: Array | float) -> Array:

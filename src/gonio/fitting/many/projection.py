@@ -14,7 +14,6 @@ Points are (cells, rows, lanes) and small matrices (n, n, lanes): sums run over 
 those on small matrices included, runs along the last, contiguous one. Where to start is chosen in `starts`.
 """
 
-import functools
 from typing import Any, NamedTuple
 
 import jax

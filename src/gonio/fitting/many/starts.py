@@ -16,8 +16,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from gonio.fitting.many.layout import Layout
 from gonio.fitting.many import logarithms
+from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.projection import Columns, LaneArrays, basis, selection, shape_values
 from gonio.fitting.many.sweep import unit_scaled
 

@@ -53,7 +53,7 @@ class Projection:
     max_steps: points that the last search may try; the others, which only find out where it starts, may try a tenth.
     line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
 
-    For fits of many scans at once (`fit_many`) the settings mean the same, but for log weighting, which they refuse.
+    For fits of many scans at once (`fit_many`) the settings mean the same.
     """
 
     grid: int = 15

@@ -36,21 +36,22 @@ def record(run: "Run", stack: Path, out: Path, seconds: float) -> dict[str, Any]
         "weighting": run.job.asked.problem.weighting,
         "weighting_reason": run.job.asked.problem.weighting_reason,
         "noise_floor": run.job.asked.problem.noise_floor,
-        "statuses": _statuses(records),
-        "undetermined": _undetermined(records),
+        "statuses": statuses_of(records),
+        "undetermined": undetermined_in(records),
         "failed": _failed(run, records),
         "worst": max((r.worst for r in records if r.worst), key=lambda worst: worst["cost"], default=None),
     }
 
 
-def _statuses(records: "Iterable[Record]") -> dict[str, int]:
+def statuses_of(records: "Iterable[Record]") -> dict[str, int]:
+    """How many fits ended with which status, the most frequent first."""
     total: Counter[str] = Counter()
     for one in records:
         total.update(one.statuses)
     return dict(total.most_common())
 
 
-def _undetermined(records: "list[Record]") -> dict[str, int]:
+def undetermined_in(records: "list[Record]") -> dict[str, int]:
     """In how many fits the data do not determine a value, by its name, the most frequent first."""
     total: Counter[str] = Counter()
     for one in records:

@@ -1,4 +1,4 @@
-"""F43: a folder of files becomes a stack and is fitted in logarithms; names come back, and a summary that fits a screen."""
+"""F43: a folder of files becomes a stack and is fitted in logarithms; names come back, and a short summary."""
 
 import json
 
@@ -95,7 +95,7 @@ def test_a_damaged_store_of_fits_is_one_line(run, folder, here):
 def test_what_is_not_determined_is_said_with_the_remedy_and_no_alarm():
     (said,) = undetermined_lines({"index": 204, "extinction": 160, "rho_s": 204}, 300)
     assert said.startswith("not determined, in how many of 300 scans: index 204, extinction 160, rho_s 204.")
-    assert "--material NAME, or --hold index=1.5 --hold extinction=0" in said
+    assert "--dielectric, --material NAME, or --hold index=1.5 --hold extinction=0" in said
     (said,) = undetermined_lines({"gamma[30]": 2}, 300)
     assert "hold one (--hold gamma=VALUE)" in said
     assert not list(undetermined_lines({}, 300))

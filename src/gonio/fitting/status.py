@@ -25,7 +25,8 @@ class Status(StrEnum):
     TOO_FEW_POINTS = "as many values as points or more: nothing is left to tell how good they are"
     NO_POINTS = "not fitted: every value is masked or missing"
     ALL_ZERO = "not fitted: every value is zero"
-    NOT_WEIGHED = "not fitted: some values have no weight, as log and relative weighting give none to what is not positive, or no square"
+    NOT_WEIGHED = "not fitted: some values have no weight, as log and relative weighting give none to what is not positive, or no "
+        "square"
 
     @classmethod
     def _missing_(cls, value: object) -> "Status | None":

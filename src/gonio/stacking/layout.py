@@ -17,7 +17,7 @@ from gonio.measured.stack import NODE
 from gonio.outside import printable
 from gonio.resampling.lookup import GRID
 from gonio.resampling.resample import without_masked
-from gonio.stacking.refusal import Misfit
+from gonio.stacking.refusal import MisfitError
 
 Values = npt.NDArray[np.float64]
 LANED = ("brdf", "uncertainty")  # what each scan has of its own in a stack; masked values are gaps there
@@ -65,7 +65,7 @@ class Layout:
         Raises ValueError with the file, what is different in it and where, and the remedy.
         """
         if (own := unit(scan)) != self.unit:
-            raise Misfit(path, f"is in {own}, and {self.path} in {self.unit}", OTHER_UNIT)
+            raise MisfitError(path, f"is in {own}, and {self.path} in {self.unit}", OTHER_UNIT)
         flat = flatten(without_masked(scan))
         rows = self._rows(_columns(flat), path)
         stated = "uncertainty" in flat and bool(np.isfinite(flat["uncertainty"].values).any())
@@ -87,7 +87,7 @@ class Layout:
                 rows = np.empty(len(order), dtype=np.intp)
                 rows[self._order] = order
                 return rows
-        raise Misfit(path, *self._difference(columns))
+        raise MisfitError(path, *self._difference(columns))
 
     def _difference(self, columns: dict[str, Any]) -> tuple[str, str]:
         """In what the directions or sets of a scan differ from those of the first, and the remedy."""

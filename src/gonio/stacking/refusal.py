@@ -10,7 +10,7 @@ MOST_SAID = 5  # files of which is said what is wrong; the others are named or c
 LEAVE_OUT = "or leave these files out"
 
 
-class Misfit(ValueError):
+class MisfitError(ValueError):
     """A file that does not fit to the first one of a stack: what differs, where, and the remedy."""
 
     def __init__(self, path: Path, what: str, remedy: str) -> None:
@@ -26,15 +26,15 @@ def refusal(errors: Sequence[ValueError], skipped: Sequence[FormatError], first:
     """
     if len(errors) == 1 and not skipped:
         return errors[0]
-    texts = [f"{e.path}: {e.what}" if isinstance(e, Misfit) else str(e) for e in errors]
+    texts = [f"{e.path}: {e.what}" if isinstance(e, MisfitError) else str(e) for e in errors]
     parts = [f"{len(errors)} of {count} files make no stack with the others: {'; '.join(texts[:MOST_SAID])}"]
     if rest := errors[MOST_SAID:]:
-        parts.append(shortened("and ", [e.path.name if isinstance(e, Misfit) else str(e) for e in rest], ""))
+        parts.append(shortened("and ", [e.path.name if isinstance(e, MisfitError) else str(e) for e in rest], ""))
     if skipped:
         parts.append("no scans: " + "; ".join(str(e) for e in skipped[:MOST_SAID]))
         if len(skipped) > MOST_SAID:
             parts.append(shortened("no scans either: ", [e.path.name for e in skipped[MOST_SAID:]], ""))
     if first is not None and 2 * len(errors) > count:
         parts.append(f"most files differ from the first, {first}: perhaps it is the one to leave out")
-    parts += dict.fromkeys(e.remedy for e in errors if isinstance(e, Misfit))
+    parts += dict.fromkeys(e.remedy for e in errors if isinstance(e, MisfitError))
     return ValueError("; ".join([*parts, LEAVE_OUT]))

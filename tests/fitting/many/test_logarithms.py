@@ -60,12 +60,11 @@ def assert_as_alone(found, stack, lanes, **options):
 
 OPTIONS = {
     "free": ("torrance-sparrow", {}),
-    "grouped": ("torrance-sparrow", {"grouped": {"ks": "theta_i"}}),
-    "held weight": ("torrance-sparrow", {"held": {"kd": 0.1}}),
-    "nothing but weights": ("torrance-sparrow", {"held": {"sigma": 0.2}}),
-    "nothing but shape": ("torrance-sparrow", {"held": {"ks": 1.0, "kd": 1.0}}),
-    "bounds": ("torrance-sparrow", {"bounds": {"ks": (0.0, 0.4), "sigma": (0.15, 0.3)}}),
-    "g2": ("lambert", {"g2": lambda z: np.cos(np.radians(z))}),
+    "grouped, held and bounded": (
+        "torrance-sparrow",
+        {"grouped": {"ks": "theta_i"}, "held": {"kd": 0.1}, "bounds": {"ks": (0.0, 0.8), "sigma": (0.15, 0.3)}},
+    ),
+    "weights alone, g2": ("lambert", {"g2": lambda z: np.cos(np.radians(z))}),
     "negative terms": ("ross-li", {}),
 }
 

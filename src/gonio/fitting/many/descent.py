@@ -23,8 +23,8 @@ Array = jax.Array
 class State(NamedTuple):
     """Where the search of each lane is, and what is known there.
 
-    `cost` to `pull` are those of `unit`, and the fields from `weights` to `pull` are those of an `Evaluation`. In logarithms `hessian` and `pull` are
-    of weights and coordinates together, (n + d, n + d, lanes) and (n + d, lanes).
+    `cost` to `pull` are those of `unit`, and the fields from `weights` to `pull` are those of an `Evaluation`.
+    In logarithms `hessian` and `pull` are of weights and coordinates together, (n + d, n + d, lanes) and (n + d, lanes).
     """
 
     unit: Array  # coordinates (d, lanes)
@@ -40,7 +40,9 @@ class State(NamedTuple):
     steps: Array  # steps so far; -1 before the first evaluation, which is none
 
 
-def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Array, Array]:
+def _step(
+    hessian: Array, pull: Array, unit: Array, damping: Array, lower: Array | float = 0.0, upper: Array | float = 1.0
+) -> tuple[Array, Array]:
     """A damped step (d, lanes) from `unit`, and by how much it would lower E without curvature and bounds.
 
     A coordinate at a bound stays there while the pull points outwards. In units of its column's length the hessian has
@@ -49,7 +51,7 @@ def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Arr
     d = len(pull)
     if not d:
         return pull, jnp.zeros_like(damping)
-    free = ~(((unit <= 0) & (pull < 0)) | ((unit >= 1) & (pull > 0)))
+    free = ~(((unit <= lower) & (pull < 0)) | ((unit >= upper) & (pull > 0)))
     scaled, length = unit_scaled(hessian)
     damped = scaled + damping * jnp.eye(d, dtype=pull.dtype)[:, :, None]
     rhs = jnp.where(free, pull / length, 0.0)
@@ -109,7 +111,9 @@ def _tried(layout: Layout, lanes: LaneArrays, now: State) -> _Trial:
 def _remaining(layout: Layout, lanes: LaneArrays, unit: Array, at: Evaluation) -> Array:
     """By how much an undamped step would lower E."""
     if layout.logarithmic:
-        return logarithms.step(lanes, unit, at, 0.0)[1]
+        lower, upper = jnp.concatenate([lanes.lower, 0 * unit]), jnp.concatenate([lanes.upper, 0 * unit + 1])
+        values = jnp.concatenate([at.weights, unit])
+        return _step(at.hessian, at.pull, values, jnp.zeros_like(at.cost), lower, upper)[1]
     return _step(at.hessian, at.pull, unit, jnp.zeros_like(at.cost))[1]
 
 

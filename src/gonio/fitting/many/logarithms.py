@@ -180,7 +180,7 @@ def moved(values: Array, step: Array, lower: Array | float, upper: Array | float
     return jnp.where(step <= lower - values, lower, jnp.where(step >= upper - values, upper, after))
 
 
-def step(lanes: LaneArrays, unit: Array, at: "State | Evaluation", damping: Array | float) -> tuple[Array, Array]:
+def step(lanes: LaneArrays, unit: Array, at: "State", damping: Array) -> tuple[Array, Array]:
     """A damped step (n + d, lanes) of weights and coordinates, and by how much it would lower E without curvature.
 
     It is the exact minimum of the damped quadratic model within the bounds. unit (d, lanes): the coordinates of `at`.

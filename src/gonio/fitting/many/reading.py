@@ -1,8 +1,8 @@
 """Lanes of a stack as a compiled search takes them: weighted, scaled, laid out; and why a lane cannot be fitted.
 
 Each lane gets the weights of the problem's weighting from its own values and uncertainties. Its weighted values are
-divided by their length, so that they have a squared sum of 1; of logarithms, the weights have that sum. E (guo2023, eq 11) is then the squared residual, and one
-tolerance suits lanes of any brightness.
+divided by their length, so that they have a squared sum of 1; of logarithms, the weights have that sum. E (guo2023,
+eq 11) is then the squared residual, and one tolerance suits lanes of any brightness.
 
 Gaps, masked values and padding stay in the arrays as zeros with zero weight: sums are then the same for every lane,
 which a compiled search needs, and such points add nothing to them.

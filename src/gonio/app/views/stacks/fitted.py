@@ -71,7 +71,7 @@ def undetermined_lines(counts: dict[str, int], scans: int) -> Iterator[str]:
         yield (
             f"not determined, in how many of {scans} scans: {_counted(counts)}. A scan shows index and extinction by "
             "the Fresnel reflectance alone, which hardly changes up to 60 deg from the normal. Say the material: "
-            "--material NAME, or --hold index=1.5 --hold extinction=0"
+            "--dielectric, --material NAME, or --hold index=1.5 --hold extinction=0"
         )
         return
     first = next(iter(counts)).partition("[")[0]

@@ -24,7 +24,7 @@ class State(NamedTuple):
     """Where the search of each lane is, and what is known there.
 
     `cost` to `pull` are those of `unit`, and the fields from `weights` to `pull` are those of an `Evaluation`.
-    In logarithms `hessian` and `pull` are of weights and coordinates together, (n + d, n + d, lanes) and (n + d, lanes).
+    In logarithms `hessian` (n + d, n + d, lanes) and `pull` (n + d, lanes) are of weights and coordinates together.
     """
 
     unit: Array  # coordinates (d, lanes)

@@ -9,8 +9,8 @@ import xarray as xr
 
 from gonio import Problem, catalogue, simulate
 from gonio.fitting import Anneal, fit
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.many import fit_many as batch
-from gonio.fitting.many.choosing import choice_for
 from gonio.fitting.status import STATUSES, Status
 
 pytestmark = pytest.mark.xdist_group("many fits")  # one process, which compiles each form of a problem once
@@ -153,7 +153,7 @@ def test_uncertainties_decide_where_every_scan_states_them():
 
 
 def test_of_a_long_stack_some_scans_are_asked_and_that_is_said(monkeypatch):
-    from gonio.fitting.many import choosing
+    from gonio.fitting import choosing
 
     monkeypatch.setattr(choosing, "ASKED", 4)
     monkeypatch.setattr(choosing, "RUNS", 2)

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.covariance_kinds import ABSOLUTE, COVARIANCES, DEFAULT
-from gonio.fitting.many.choosing import choice_for
 from gonio.fitting.many.layout import Shared, laid_out
 from gonio.fitting.many.reading import blocks
 from gonio.fitting.many.results import Results

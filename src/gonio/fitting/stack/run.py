@@ -23,7 +23,7 @@ from typing import Any
 import xarray as xr
 
 from gonio.files import naming, refuse_existing, refuse_overlap, replacing
-from gonio.fitting.many.choosing import choice_for
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions

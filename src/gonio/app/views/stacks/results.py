@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,9 +13,6 @@ from gonio.door.text import clip
 from gonio.files import FormatError
 from gonio.fitting.stack.manifest import FOLDER, Manifest
 from gonio.outside import shortened
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 
 def fits_in(path: Path) -> dict[str, Any] | None:
@@ -61,7 +58,7 @@ def _spread(values: np.ndarray) -> dict[str, float | None]:
     return dict(zip(("least", "median", "largest"), ends, strict=True))
 
 
-def lines(found: dict[str, Any]) -> "Iterator[Table | str]":
+def lines(found: dict[str, Any]) -> "Iterator[Any]":
     """The same for people."""
     scans = int(np.prod(list(found["fits"].values())))
     yield strong(found["file"], f": {found['model']} fitted to {found['fitted']} of {scans} scans")

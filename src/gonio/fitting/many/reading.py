@@ -112,12 +112,7 @@ def _block(
     one_root = of_directions and bool(used.all())
     root = np.sqrt(weights) if one_root else np.sqrt(weights) * used
     root, target, scale, by_error = (_logarithms if problem.logarithmic else _shares)(root, values)
-    # Several can be true of a lane, and the last one that is set stays: an empty lane has a peak of zero too.
-    status = np.full(len(values), FITTED, dtype=np.int8)
-    status[scale == 0] = code(Status.ALL_ZERO)
-    status[~weighed] = code(Status.NOT_WEIGHED)
-    status[peak == 0] = code(Status.ALL_ZERO)
-    status[~used.any(axis=1)] = code(Status.NO_POINTS)
+    status = _statuses(scale, weighed, peak, used)
     # Lanes that are not fitted stay in the block. Their targets of zero keep NaN and infinity out of the search.
     scale[status != FITTED] = 1.0
     target = np.where((status == FITTED)[:, None], target, 0.0)
@@ -137,6 +132,19 @@ def _block(
         status=status,
         crossed=np.zeros(len(values), dtype=np.int8),
     )
+
+
+def _statuses(
+    scale: Values, weighed: npt.NDArray[np.bool_], peak: Values, used: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int8]:
+    """Why each lane cannot be fitted, or FITTED."""
+    # Several can be true of a lane, and the last one that is set stays: an empty lane has a peak of zero too.
+    status = np.full(len(scale), FITTED, dtype=np.int8)
+    status[scale == 0] = code(Status.ALL_ZERO)
+    status[~weighed] = code(Status.NOT_WEIGHED)
+    status[peak == 0] = code(Status.ALL_ZERO)
+    status[~used.any(axis=1)] = code(Status.NO_POINTS)
+    return status
 
 
 def _shares(root: Values, values: Values) -> tuple[Values, Values, Values, Values]:

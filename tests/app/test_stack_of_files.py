@@ -65,7 +65,9 @@ def test_names_come_back_from_a_fit_in_logarithms(run, folder, here, weighting):
     alone = fit(Problem(catalogue["lambert"], read(folder / "wafer7.csv"), weighting="log"))
     mine = found.sel(sample="wafer7")
     assert float(mine["cost"]) == pytest.approx(alone.cost, rel=1e-9)
-    assert float(mine["value"].sel(parameter="rho")) == pytest.approx(alone.values["rho"], rel=1e-9)
+    assert float(mine["value"].sel(parameter="rho")) == pytest.approx(
+        alone.values["rho"], rel=1e-5
+    )  # a step may still win 1e-10 of E
     code, out, err = run("info", out_path)
     assert code == 0, err
     assert len(out.splitlines()) <= 15

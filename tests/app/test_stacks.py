@@ -69,8 +69,9 @@ def test_a_stack_is_fitted_by_processes_and_told_of(run, stack, monkeypatch):
     found = xr.open_zarr(stack.with_name("out.zarr")).load()
     scans = xr.open_zarr(stack).load().drop_vars("label")
     for k in (0, 1, 2, 3, 5):
-        alone = fit(Problem(catalogue["lambert"], scans.isel(sample=k, drop=True))).dataset
-        np.testing.assert_allclose(found["value"].values[k], alone["value"].values, rtol=1e-12)  # one linear weight
+        alone = fit(Problem(catalogue["lambert"], scans.isel(sample=k, drop=True), weighting="log")).dataset
+        # a search of many ends where a step wins 1e-10 of E: 1e-5 of a scatter of 1 %
+        np.testing.assert_allclose(found["value"].values[k], alone["value"].values, rtol=1e-6)
     assert np.isnan(found["value"].values[4]).all()
     worst = int(np.nanargmax(found["cost"].values))
     assert record["worst"]["at"] == {"sample": 10 * worst}

@@ -15,7 +15,7 @@ from gonio.fitting.status import STATUSES, Status
 
 pytestmark = pytest.mark.xdist_group("many fits")  # one process, which compiles each form of a problem once
 fit_many = functools.partial(batch.fit_many, block=8)
-SMALL = catalogue["torrance-sparrow"]
+SMALL, PLAIN = catalogue["torrance-sparrow"], catalogue["lambert"]  # of a shape value, and of a weight alone
 COST = 1e-6  # relative: what was promised; searches of many end where a step wins less than 1e-10 of E
 
 
@@ -79,20 +79,20 @@ def test_each_lane_is_fitted_in_logarithms_as_one_scan_is(model, options):
 
 
 def test_gaps_zeros_negative_values_and_a_dead_scan(recwarn):
-    stack = stack_of(lanes=7)
+    stack = stack_of("lambert", 7)
     values = stack["brdf"].values
     values[1, 3:20:4] = np.nan
     values[2, 5] = 0.0
     values[3, 6] = -1e-3
     values[4] = 0.0
     values[5] = np.nan
-    found = fit_many(one(stack), stack)
+    found = fit_many(one(stack, model=PLAIN), stack)
     said = [STATUSES[int(status)] for status in found["status"].values]
     assert said[2:6] == [Status.NOT_WEIGHED, Status.NOT_WEIGHED, Status.ALL_ZERO, Status.NO_POINTS]
     assert np.isnan(found["value"].values[2:6]).all()
-    assert_as_alone(found, stack, (0, 1, 6))
+    assert_as_alone(found, stack, (0, 1, 6), model=PLAIN)
     with pytest.raises(ValueError, match="log weighting needs positive values, and 1 of 32 are not"):
-        one(stack, 2)
+        one(stack, 2, model=PLAIN)
     assert not len(recwarn)  # no logarithm of zero is taken
 
 
@@ -106,41 +106,41 @@ def test_stated_uncertainties_are_propagated_through_the_logarithm():
 
 
 def test_annealing_takes_logarithms_too():
-    stack = stack_of(lanes=2)
-    many = fit_many(one(stack), stack, Anneal(cooling_rate=0.99, chains=2, seed=4), covariance="")
+    stack = stack_of("lambert", 2)
+    many = fit_many(one(stack, model=PLAIN), stack, Anneal(cooling_rate=0.99, chains=2, seed=4), covariance="")
     for lane in range(2):
-        exact = fit(one(stack, lane))
+        exact = fit(one(stack, lane, model=PLAIN))
         assert exact.cost * (1 - 1e-9) <= float(many["cost"][lane]) < 1.5 * exact.cost  # a walk, and no descent
 
 
 def test_auto_is_log_where_all_values_of_all_scans_are_positive():
-    stack = stack_of()
-    found = fit_many(one(stack, weighting="auto"), stack, covariance="")
+    stack = stack_of("lambert")
+    found = fit_many(one(stack, model=PLAIN, weighting="auto"), stack, covariance="")
     assert found.attrs["weighting"] == "log"
     assert found.attrs["weighting_reason"] == "all values of the scans are positive"
 
 
 def test_auto_is_one_weighting_for_all_where_one_scan_needs_another():
     """The problem's own scan asks for log; a value of another is negative."""
-    stack = stack_of()
+    stack = stack_of("lambert")
     stack["brdf"].values[2, 5] = -1e-3
-    found = fit_many(one(stack, weighting="auto"), stack, covariance="")
+    found = fit_many(one(stack, model=PLAIN, weighting="auto"), stack, covariance="")
     assert found.attrs["weighting"] == "relative"
     assert found.attrs["noise_floor"] > 0
     assert found.attrs["weighting_reason"].startswith("1 of 4 scans hold values that are not positive")
     assert found["converged"].values.all()
-    named = fit_many(one(stack, 0, weighting="log"), stack, covariance="")
+    named = fit_many(one(stack, 0, model=PLAIN), stack, covariance="")
     assert named.attrs["weighting"] == "log"
 
 
 def test_dead_scans_ask_for_no_weighting_and_a_given_floor_stays():
-    stack = stack_of()
+    stack = stack_of("lambert")
     stack["brdf"].values[1] = 0.0
     stack["brdf"].values[2] = np.nan
     assert choice_for(stack, ("sample",)).weighting == "log"
     assert choice_for(stack, ("sample",), 0.02)[:2] == ("relative", 0.02)
     assert choice_for(stack.isel(sample=[1, 2]), ("sample",)).weighting == "uniform"
-    found = fit_many(one(stack, weighting="auto", noise_floor=0.02), stack, covariance="")
+    found = fit_many(one(stack, model=PLAIN, weighting="auto", noise_floor=0.02), stack, covariance="")
     assert found.attrs["noise_floor"] == 0.02
 
 

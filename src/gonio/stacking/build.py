@@ -78,6 +78,7 @@ def stack(
         for k, member in enumerate(found):
             progress(k / len(found), printable(member.path.name))
             work.add(member)
+        work.refuse_misfits()
         as_they_are = onto is None and not resample and read is read_any
         return work.finish(out, {MADE_OF: digest(found)} if as_they_are else {})
 
@@ -159,11 +160,14 @@ class _Work:
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
 
+    def refuse_misfits(self) -> None:
+        """ValueError for all files that cannot be in the stack; nothing where each can."""
+        if self.refused:
+            first = None if self.writer is None else self.writer.layout.path
+            raise refusal(self.refused, self.skipped, first, self.most)
+
     def finish(self, out: Path, attrs: dict[str, str]) -> Stacked:
         """The store complete with these attributes, and what came of it."""
-        if self.refused:
-            first_path = None if self.writer is None else self.writer.layout.path
-            raise refusal(self.refused, self.skipped, first_path, self.most)
         if self.writer is None:
             first = self.skipped[0]
             raise FormatError(first.path.parent, f"is a folder without a scan that can be read: {first}")

@@ -6,6 +6,7 @@ import pytest
 from gonio import catalogue, sample, simulate, write
 from pages import NOT_RUN, Reader, blocks, compare
 from places import ROOT
+from stacks import one_after_another, only_here
 
 GENERATED = ("command-line.md", "formats.md")  # of which other tests run or hold what they show
 OWN_TESTS = ("figures.md", "tables.md")  # tests/printed/test_page.py, tests/tables/test_page.py
@@ -24,6 +25,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     scan = sample("coating")
     write(scan, tmp_path / "scan.csv")
+    monkeypatch.setattr("gonio.fitting.stack.cluster.connected", only_here)  # fit-stack without other processes
+    monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", one_after_another)
     (tmp_path / "wafers").mkdir()
     for k in (1, 2, 10):
         values = {"rho_s": 0.2, "rho_d": 0.01 * k, "width": 0.3}

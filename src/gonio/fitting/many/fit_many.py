@@ -18,11 +18,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.covariance_kinds import ABSOLUTE, COVARIANCES, DEFAULT
 from gonio.fitting.many.layout import Shared, laid_out
 from gonio.fitting.many.reading import blocks
 from gonio.fitting.many.results import Results
 from gonio.fitting.many.runner import FEW, LONG, Runner, Search
+from gonio.fitting.objective.from_scan import given_floor
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.schema import versions
 from gonio.fitting.search.anneal import Anneal
@@ -52,7 +54,8 @@ def fit_many(
     ----------
     problem : Problem
         Model, held, grouped, shared, weighting and bounds. Dimensions of its scan's `brdf` are dimensions of each scan
-        of the stack; its values are not fitted unless it is a scan of the stack itself.
+        of the stack; its values are not fitted unless it is a scan of the stack itself. A weighting that
+        was left to the data (`auto`) is chosen anew for all scans of the stack together.
     stack : xarray.Dataset
         Its `brdf` has the dimensions of one scan and further ones. Each place along the further ones is a lane, which
         is fitted on its own, with its own gaps, mask and uncertainties, over directions that all share. A stack on
@@ -83,12 +86,13 @@ def fit_many(
     ------
     ValueError
         The stack is a single scan, a setting is not known, JAX is missing, or the problem has what only a fit of one
-        scan can do: an instrument's acceptance, smooth values, robust losses, log weighting, point_weights.
+        scan can do: an instrument's acceptance, smooth values, robust losses, point_weights.
 
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
     _refuse(problem, covariance, precision)
+    problem = _weighted_for_all(problem, stack, dims)
     jax = _jax_or_remedy()
     # The problem gets a scan of ones in place of its own. Its points are then all directions of the stack, also those
     # at which its own scan has a gap: gaps are a matter of each lane.
@@ -167,6 +171,16 @@ def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
     return dims
 
 
+def _weighted_for_all(problem: Problem, stack: xr.Dataset, dims: tuple[str, ...]) -> Problem:
+    """The problem with the weighting that all scans ask for, where its own was chosen from its own scan."""
+    if not problem.weighting_reason or problem.weighting_reason == given_floor(problem.noise_floor):
+        return problem
+    weighting, floor, reason = choice_for(stack, dims)
+    # Its own scan may not allow this weighting; ones do, and only the directions of that scan are used.
+    scan = one_scan(stack, dims) if all(stack.sizes[d] for d in dims) else problem.data
+    return replace(problem, data=scan, weighting=weighting, noise_floor=floor, weighting_reason=reason)
+
+
 def _refuse(problem: Problem, covariance: str, precision: str) -> None:
     """ValueError for settings that are unknown, and for what only a fit of one scan can do."""
     if covariance and covariance not in COVARIANCES:
@@ -177,7 +191,6 @@ def _refuse(problem: Problem, covariance: str, precision: str) -> None:
         "an instrument's acceptance": bool(problem.instrument),
         "smooth values": bool(problem.smoothed),
         f"a {problem.loss} loss": problem.loss != "squared",
-        "log weighting": problem.logarithmic,
         "point_weights": problem.point_weights is not None,
     }
     for feature, requested in unsupported.items():

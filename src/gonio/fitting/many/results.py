@@ -21,7 +21,7 @@ from gonio.measured.stack import StackLanes
 from gonio.model import Model
 
 if TYPE_CHECKING:
-    from gonio.fitting.many.projection import State
+    from gonio.fitting.many.descent import State
 
 Values = npt.NDArray[Any]
 Places = npt.NDArray[np.intp]

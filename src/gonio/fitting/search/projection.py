@@ -44,7 +44,7 @@ SHORT = 10  # the first searches, which only find out where the last one starts,
 class Projection:
     """Exact weights by bounded linear least squares; the shape by local searches from many starts.
 
-    For fits of many scans at once (`fit_many`) the settings mean the same, but for log weighting, which they refuse.
+    For fits of many scans at once (`fit_many`) the settings mean the same.
 
     Parameters
     ----------

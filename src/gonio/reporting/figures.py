@@ -15,7 +15,8 @@ from gonio.plotting.style import LINEAR, LOG, house_style
 from gonio.plotting.style import svg as svg_of
 from gonio.reporting.blocks import Notes, Picture, Pictures
 from gonio.reporting.case import Case
-from gonio.results.figures import View, drawn, has_spectra
+from gonio.results.figures import drawn, has_spectra
+from gonio.results.view import View
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

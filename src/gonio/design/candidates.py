@@ -51,7 +51,7 @@ def reachable(
         )
     if len(i) > MOST:
         raise ValueError(
-            f"{len(i)} directions are more than the {MOST} to choose from: give a larger --step, or --theta-i"
+            f"{len(i)} directions are more than the {MOST} to choose from: give a larger --every, or --theta-i"
         )
     kept = beam_angle(i, np.abs(r), phi) >= blocked - ROUNDING
     return _as_scan(scan, i[kept], np.abs(r[kept]), phi[kept], t[kept])
@@ -63,6 +63,11 @@ def beam_angle(theta_i: Values, theta_r: Values, phi: Values) -> Values:
     return np.asarray(
         np.degrees(np.arccos(np.clip(np.cos(i) * np.cos(r) + np.sin(i) * np.sin(r) * np.cos(azimuth), -1, 1)))
     )
+
+
+def nearest_to_beam(scan: xr.Dataset) -> float:
+    """How near the incident beam [deg] the values in use of a flat scan go: nearer the detector may block it."""
+    return float(beam_angle(*(scan[n].values for n in ("theta_i", "theta_r", "phi"))).min())
 
 
 def coarse(directions: xr.Dataset, points: int) -> npt.NDArray[np.intp]:

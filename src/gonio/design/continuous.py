@@ -77,7 +77,7 @@ def _found(question: Question, parts: Values, readings: float) -> Continuous:
     return Continuous(parts, covariance, value, float(q.max()) / mean, value - (float(q.max()) - mean))
 
 
-def distinct_bound(question: Question, places: Values, points: int, steps: int = DESCENT) -> float:
+def distinct_bound(question: Question, places: npt.NDArray[np.intp], points: int, steps: int = DESCENT) -> float:
     """What no design of so many distinct readings is below: parts of readings between none and one a direction.
 
     places: of a design to start from. Each step goes towards the `points` most sensitive directions, of whose step the

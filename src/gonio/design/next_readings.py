@@ -75,8 +75,8 @@ def next_readings(
     them where none is named. noise: of the readings; as the scan states it, or as the residuals show, unless given.
     cost: of their time; leaves out incidence angles that are not worth it. repeats: whether one direction may be
     chosen more than once.
-    A fifth of all readings, those of the scan included, stand on a grid that no model chose. The uncertainties are those
-    of a fit that weighs readings by this noise.
+    A fifth of all readings, those of the scan included, stand on a grid that no model chose. The uncertainties are
+    those of a fit that weighs readings by this noise.
     Raises ValueError, with the remedy, for a fit that no readings can be designed for (`Known.of`), for names that it
     has not, and where the directions do not determine every value.
     """

@@ -73,7 +73,7 @@ def noise_of(points: xr.Dataset, modelled: Values, slopes: Values) -> Noise:
 
 
 def _of_parts(variance: Values, modelled: Values, said: str) -> Noise:
-    """r and c by least squares of relative errors of the variance (points,), neither below zero (NNLS)."""
+    """Both parts by least squares of relative errors of the variance (points,), neither below zero (NNLS)."""
     top = float(modelled.max()) or 1.0
     shares = np.stack([np.ones_like(variance), (modelled / top) ** 2], axis=1)
     amounts, _ = nnls(shares / variance[:, None], np.ones_like(variance))

@@ -24,7 +24,7 @@ Values = npt.NDArray[np.float64]
 
 # Of the information of all directions together: what makes the first few readings, which determine nothing, comparable.
 RIDGE = 1e-10
-GUARD = 0.02  # of what is aimed at for a wanted value: how much a value counts that is not wanted
+GUARD = 0.02  # of the weight of a wanted value in the sum of variances: what a value counts that is not wanted
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Question:
         return float(np.sum((self.aims @ covariance) * self.aims))
 
     def sensitivities(self, covariance: Values) -> Values:
-        """q (directions,): how fast the criterion falls with readings of each direction."""
+        """The q (directions,): how fast the criterion falls with readings of each direction."""
         moved = self.rows @ covariance
         if self.aims is None:
             return np.asarray(np.sum(moved * self.rows, axis=1))
@@ -99,9 +99,9 @@ def undetermined(rows: Values, prior: Values) -> npt.NDArray[np.bool_]:
 
 
 def aims_of(names: list[str], wanted: list[str], targets: Values, guard: float = GUARD) -> Values:
-    """L (values, values): wanted values count by their targets u_k (values,), all others by the guard of theirs.
+    """L (values, values): the variances of wanted values over u_k^2 (values,) count whole, others by the guard.
 
     Without a guard the best design abandons values that are not wanted, and the model may no longer be determined.
     """
-    counted = np.array([1.0 if name in wanted else guard for name in names])
+    counted = np.sqrt([1.0 if name in wanted else guard for name in names])
     return np.diag(counted / targets)

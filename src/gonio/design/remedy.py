@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.design.candidates import beam_angle, reachable
+from gonio.design.candidates import nearest_to_beam, reachable
 from gonio.design.known import Known
 from gonio.design.question import undetermined
 from gonio.fitting.certainty.identifiability import INFLATED
@@ -72,9 +72,8 @@ def _around(solution: Solution) -> xr.Dataset:
     grouped = {name for by in solution.dataset["by"].values.tolist() for name in by.split(",")}
     own = np.unique(np.round(scan["theta_i"].values, 6))[:MOST_INCIDENCE]
     angles = own if "theta_i" in grouped else np.unique(np.concatenate([own, INCIDENCE]))
-    blocked = float(beam_angle(*(scan[n].values for n in ("theta_i", "theta_r", "phi"))).min())
     plane = scan.isel(direction=[0]).assign_coords(phi=("direction", [180.0]))
-    return reachable(plane, angles.tolist(), (-REACH, REACH), blocked=blocked)
+    return reachable(plane, angles.tolist(), (-REACH, REACH), blocked=nearest_to_beam(scan))
 
 
 def _blocks(directions: xr.Dataset) -> npt.NDArray[np.intp]:

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from gonio.fitting.fitting import fit
 from gonio.fitting.objective.problem import Problem
@@ -39,7 +38,7 @@ class Rival:
 
     @classmethod
     def of(cls, problem: Problem, truth: Values, deviation: Values) -> "Rival":
-        """A rival at the directions of a problem, to the truth (directions,) [unit of the BRDF] with noise (directions,).
+        """A rival at the directions of a problem; truth and standard deviation of readings: (directions,).
 
         The options of the problem, such as held and grouped values, are those of the fit; its values are not.
         """
@@ -50,7 +49,7 @@ class Rival:
         return cls(changed, fit(changed).vector(changed.names))
 
     def squares(self, counts: Values, start: Values) -> tuple[Values, Values]:
-        """psi (directions,) where the rival fits best over so many readings of each direction, and its values there."""
+        """The psi (directions,) of the rival's best fit to so many readings of each direction, and its values there."""
         values = refit(self.problem, start, factors=np.sqrt(counts)).point
         return np.asarray(self.problem.residual(values)[: len(counts)] ** 2), values
 
@@ -76,15 +75,18 @@ class Telling:
         return TELLING / mean if mean > 0 else np.inf
 
 
-def told_apart(rivals: Sequence[Rival], points: int, before: Values, repeats: bool = False) -> Telling:
+def told_apart(
+    rivals: Sequence[Rival], points: int, before: Values, repeats: bool = False, allowed: Places | None = None
+) -> Telling:
     """So many readings added, one after another, that tell the truth from the rival that is hardest to tell apart.
 
     before (directions,): how many readings there are of each direction already; not all zero. repeats: whether a
-    direction may be added more than once.
+    direction may be added more than once. allowed: places of the directions that may be added; all unless given.
     """
-    counts, places = before.astype(float).copy(), []
+    counts, places = before.astype(float), list[int]()
     values = [rival.start for rival in rivals]
-    free = np.ones(len(counts), dtype=bool)
+    free = np.zeros(len(counts), dtype=bool)
+    free[slice(None) if allowed is None else allowed] = True
     for _ in range(points + 1):
         found = [rival.squares(counts, start) for rival, start in zip(rivals, values, strict=True)]
         values = [vector for _, vector in found]
@@ -97,14 +99,3 @@ def told_apart(rivals: Sequence[Rival], points: int, before: Values, repeats: bo
         free[best] = repeats
         places.append(best)
     return Telling(np.array(places, dtype=np.intp), counts, float(counts @ psi), values[hardest], float(psi.max()))
-
-
-def shared_out(rivals: Sequence[Rival], counts: Values) -> Telling:
-    """What readings that are shared out so (directions,), such as a uniform grid, tell of the rivals."""
-    return told_apart(rivals, 0, counts)
-
-
-def at(directions: xr.Dataset, problem: Problem) -> Problem:
-    """The problem of a rival at other directions, with the options of its fit."""
-    ones = directions.assign(brdf=("direction", np.ones(directions.sizes["direction"]), directions["brdf"].attrs))
-    return replace(problem, data=ones, weighting="uniform", noise_floor=0.0, point_weights=None)

@@ -1,4 +1,4 @@
-"""The way from reading to reading: their order, what it costs, and which incidence angles are worth a move of the table.
+"""The way from reading to reading: their order, its cost, and which incidence angles are worth a move of the table.
 
 A reading takes its time, an arm its time for every degree, and a table that is turned to another incidence angle its
 own. Along one arm the shortest way to visit some angles is from one end to the other; the next incidence angle begins

@@ -168,8 +168,8 @@ def _undetermined(solution: Solution, found: Sequence[Value]) -> Iterator[str]:
             yield f"the data do not determine {count} of {len(found)} values"
         return
     farthest = float(solution.scan["theta_r"].max()) if solution.has_scan else 90.0
-    found = determinations(solution, farthest, remedy=remedy_of(solution))
-    loose = [f"{name(d.name)}: {d.words}" for d in found if not d.determined]
+    judged = determinations(solution, farthest, remedy=remedy_of(solution))
+    loose = [f"{name(d.name)}: {d.words}" for d in judged if not d.determined]
     yield from loose[:NAMED]
     if len(loose) > NAMED:
         yield f"{len(loose) - NAMED} more values trade off, lie at a bound or are not determined"

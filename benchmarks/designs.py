@@ -37,8 +37,6 @@ NOISES = {"1 % + 1": Noise(0.01, 1.0), "3 % + 0.1": Noise(0.03, 0.1), "constant 
 WANTS = (("sigma",), ("gamma",), ("sigma", "gamma"))
 # The truth is near, and a coarse grid with one local search finds it.
 QUICK = Projection(grid=7, searches=1, rounds=1)
-# In bounds and whole designs a value that is not wanted counts as little as keeps the model determined.
-SLIGHT = 4e-4
 REPEATS, PILOT, DESIGNED = 60, 23, 53
 
 
@@ -76,7 +74,7 @@ class Against(NamedTuple):
     readings: int
 
     def question(self, want: Sequence[str]) -> Question:
-        aims = aims_of(self.candidates.names, list(want), self.targets, SLIGHT)
+        aims = aims_of(self.candidates.names, list(want), self.targets)
         return Question(self.candidates.rows, aims, np.zeros((len(self.targets),) * 2))
 
     def ratios(self, covariance: Values, want: Sequence[str]) -> list[float]:

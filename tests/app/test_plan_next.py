@@ -54,7 +54,18 @@ def test_a_fit_from_its_file_gives_the_same_plan(run, scan_file):
 
 
 def test_ranges_cost_and_noise_are_obeyed(run, scan_file):
-    asked = ("--theta-i", "35", "--theta-r", "-40:60", "--every", "5", "--noise", "1%+0.001", "--cost", "read=2,table=9")
+    asked = (
+        "--theta-i",
+        "35",
+        "--theta-r",
+        "-40:60",
+        "--every",
+        "5",
+        "--noise",
+        "1%+0.001",
+        "--cost",
+        "read=2,table=9",
+    )
     code, said, err = run("plan-next", scan_file, *ASK, *asked, "--points", "7", "--blocked", "20", "--json", "-")
     assert code == 0, err
     found = json.loads(said)
@@ -74,6 +85,35 @@ def test_rivals_are_told_apart(run, scan_file):
     assert "noncentrality" in said
 
 
+def test_what_systematic_errors_leave_is_said_where_a_scan_states_them(run, tmp_path):
+    scan = simulate(catalogue["ggx"], VALUES, [20.0, 50.0], np.arange(-70, 71, 5.0), noise=0.02)
+    for part, said in (
+        (0.1, "the random part is below half of it already"),
+        (1e-4, "stays, however many readings"),
+    ):
+        stated = scan.assign(uncertainty_systematic=("direction", part * scan["brdf"].values, {"units": "sr-1"}))
+        write(stated, tmp_path / f"{part}.csv")
+        code, out, err = run("plan-next", tmp_path / f"{part}.csv", *ASK, "--want", "rho_s", "--points", "4")
+        assert (code, err) == (0, "")
+        assert "rho_s: a systematic part of" in out
+        assert " ".join(out.split()).endswith(said if part < 0.01 else f"{said}, and further readings pay little")
+    write(scan, tmp_path / "none.csv")
+    assert "systematic" not in run("plan-next", tmp_path / "none.csv", *ASK, "--points", "4")[1]
+
+
+def test_a_fit_that_went_wrong_is_said(run, tmp_path):
+    """As many points as values: the plan holds as far as that fit, and needs to be told the noise."""
+    scan = simulate(catalogue["ggx"], VALUES, [30.0], [0.0, 20.0, 40.0], noise=0.01).drop_vars("uncertainty")
+    write(scan, tmp_path / "few.csv")
+    asked = ("plan-next", tmp_path / "few.csv", *ASK, "--points", "4", "--every", "2")
+    code, _, err = run(*asked)
+    assert code == 1
+    assert "shows no noise: say it with --noise" in err
+    code, out, err = run(*asked, "--noise", "1%")
+    assert code == 0, err
+    assert "the plan trusts a fit: as many values as points or more" in " ".join(out.split())
+
+
 @pytest.mark.parametrize(
     ("words", "remedy"),
     [
@@ -87,7 +127,7 @@ def test_rivals_are_told_apart(run, scan_file):
         ((*ASK, "--out", "next.json"), "name the file so"),
         ((*ASK, "--points", "0"), "--points is 0"),
         ((*ASK, "--points", "9000"), "ask for fewer, take a finer step, or allow repeats"),
-        ((*ASK, "--blocked", "180"), ""),
+        ((*ASK, "--theta-i", "95"), "is not a list of angles from 0 to below 90 deg"),
         (("--solution", "solution.nc", "--hold", "index=2"), "leave out --model and the options of fits"),
     ],
 )

@@ -48,15 +48,13 @@ def test_the_expected_uncertainty_is_what_a_fit_with_the_readings_states(solutio
     """Old and new readings simulated and fitted by their stated noise: the absolute covariance is that of the plan."""
     new = plan.directions
     extra = [
-        scanned((float(i),), noise=0.02, seed=5 + k).isel(direction=[0]).assign_coords(
-            {n: ("direction", new[n].values[[k]]) for n in ("theta_i", "theta_r", "phi")}
-        )
+        scanned((float(i),), noise=0.02, seed=5 + k)
+        .isel(direction=[0])
+        .assign_coords({n: ("direction", new[n].values[[k]]) for n in ("theta_i", "theta_r", "phi")})
         for k, i in enumerate(new["theta_i"].values)
     ]
     true = np.concatenate([np.asarray(solution.brdf(one)) for one in extra])
-    more = make_scan(
-        new["theta_i"].values, new["theta_r"].values, true, new["phi"].values, uncertainty=0.02 * true
-    )
+    more = make_scan(new["theta_i"].values, new["theta_r"].values, true, new["phi"].values, uncertainty=0.02 * true)
     old = solution.scan.assign(brdf=("direction", solution.brdf(solution.scan), {"units": "sr-1"}))
     both = join({"old": old, "new": more}).drop_vars("scan")
     again = fit(Problem(GGX, both, held=HELD, weighting="uncertainty"), covariance="absolute")
@@ -107,10 +105,16 @@ def test_values_that_are_held_or_at_a_bound_are_no_aim(solution):
 
 
 def test_grouped_weights_are_wanted_by_their_name():
-    values = {k: v for k, v in published["Al"].values.items()}
+    values = published["Al"].values
     scan = simulate(
-        catalogue["cauchy-lorentz"], values, [30.0, 50.0], np.arange(-80, 81, 5.0), noise=0.01, offset_noise=1.0,
-        unit="a.u.", blocked=5,
+        catalogue["cauchy-lorentz"],
+        values,
+        [30.0, 50.0],
+        np.arange(-80, 81, 5.0),
+        noise=0.01,
+        offset_noise=1.0,
+        unit="a.u.",
+        blocked=5,
     )
     found = fit(Problem(catalogue["cauchy-lorentz"], scan, grouped={"ks": "theta_i"}))
     directions = reachable(found.scan, step=5.0, blocked=nearest_to_beam(found.scan))

@@ -20,8 +20,15 @@ SAID = re.compile(
 
 def scanned(farthest, step):
     return simulate(
-        MODEL, published["Al"].values, [30.0, 40.0, 50.0], np.arange(-farthest, farthest + 1, step), unit="a.u.",
-        noise=0.01, offset_noise=1.0, blocked=5, seed=1,
+        MODEL,
+        published["Al"].values,
+        [30.0, 40.0, 50.0],
+        np.arange(-farthest, farthest + 1, step),
+        unit="a.u.",
+        noise=0.01,
+        offset_noise=1.0,
+        blocked=5,
+        seed=1,
     )
 
 
@@ -67,8 +74,12 @@ def test_where_nothing_can_be_said_the_words_promise_nothing(solution):
     assert remedy_of(replace(solution, dataset=bare))("gamma") == ""
     for one in determinations(replace(solution, dataset=bare), 60.0):
         assert one.determined or "readings beyond 60 deg may help" in one.words
-    both = join({"1": scanned(60, 10.0).assign_coords(channel=("direction", ["R"] * 39)),
-                 "2": scanned(60, 10.0).assign_coords(channel=("direction", ["G"] * 39))}).drop_vars("scan")
+    both = join(
+        {
+            "1": scanned(60, 10.0).assign_coords(channel=("direction", ["R"] * 39)),
+            "2": scanned(60, 10.0).assign_coords(channel=("direction", ["G"] * 39)),
+        }
+    ).drop_vars("scan")
     joint = fit(Problem(MODEL, both, grouped={"ks": "theta_i"}))
     assert remedy_of(joint)("gamma") == ""
     with pytest.raises(ValueError, match="add --select channel="):

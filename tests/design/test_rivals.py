@@ -19,7 +19,7 @@ PRINTED = {
 
 @pytest.mark.parametrize("pair", PRINTED)
 def test_rivals_of_the_paper_are_told_apart_as_printed(record, pair):
-    """The printed T-optimal numbers are of a search that ended sooner: ours may need fewer, and never below the bound."""
+    """The printed T-optimal numbers are of a search that ended sooner: ours may need fewer, not below the bound."""
     uniform, optimal, value = PRINTED[pair]
     found = record["rivals"][pair]
     assert round(found["uniform"]) == uniform

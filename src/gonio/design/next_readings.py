@@ -9,11 +9,11 @@ import xarray as xr
 
 from gonio.design.candidates import coarse
 from gonio.design.continuous import continuous, distinct_bound, efficiency
-from gonio.design.exact import chosen
+from gonio.design.exact import chosen, greedy
 from gonio.design.known import Known
 from gonio.design.noise import Noise
 from gonio.design.question import Question, aims_of, undetermined
-from gonio.design.travel import Cost, in_order, worthwhile
+from gonio.design.travel import Cost, in_order, not_worth_it
 from gonio.fitting.solution import Solution
 
 Values = npt.NDArray[np.float64]
@@ -84,38 +84,46 @@ def next_readings(
     wanted = known.wanted(want or known.names)
     noise = noise or known.noise()
     measured = known.rows(solution.scan, noise)
-    rows, prior = known.rows(directions, noise), measured.T @ measured
-    _refuse_undetermined(known.names, rows, prior)
-    share = points / len(rows)
-    targets = np.sqrt(np.diag(np.linalg.inv(prior + share * rows.T @ rows)))
-    question = Question(rows, aims_of(list(known.names), wanted, targets), prior)
-    grid = _check(len(measured), points, len(rows))
+    question = _question(known, wanted, known.rows(directions, noise), measured.T @ measured, points)
+    grid = _check(len(measured), points, len(question.rows))
 
-    def design(some: Places) -> tuple[Places, float]:
-        part = Question(rows[some], question.aims, prior)
-        places = some[chosen(part, points, coarse(directions.isel(direction=some), grid) if grid else None, repeats)]
+    def kept(some: Places) -> Places | None:
+        return coarse(directions.isel(direction=some), grid) if grid else None
+
+    def tried(some: Places) -> tuple[Places, float]:
+        places = some[greedy(_part(question, some), points, kept(some), repeats)]
         return places, question.value(_with(question, places))
 
-    everything = np.arange(len(rows))
-    places, left_out = worthwhile(directions, design, cost) if cost else (design(everything)[0], [])
+    left_out = not_worth_it(directions, tried, cost) if cost else []
+    some = np.flatnonzero(~np.isin(directions["theta_i"].values, left_out))
+    places = some[chosen(_part(question, some), points, kept(some), repeats)]
     bound = continuous(question, points).bound if repeats else distinct_bound(question, places, points)
-    uncertainties = {
-        "now": _spreads(known, question, prior),
-        "after": _spreads(known, question, question.information(_counts(question, places))),
-        "uniform": _spreads(known, question, question.information(_counts(question, coarse(directions, points)))),
-    }
-    ordered = directions.isel(direction=places)
+    selected = directions.isel(direction=places)
     return Plan(
-        ordered.isel(direction=in_order(ordered)),
+        selected.isel(direction=in_order(selected)),
         tuple(wanted),
-        efficiency=efficiency(question, bound, _with(question, places)),
-        noise=noise,
-        cost=cost,
-        left_out=tuple(left_out),
-        at_bound=known.at_bound,
-        systematic=_systematic(solution, wanted),
-        **uncertainties,
+        _spreads(known, question, question.prior),
+        _spreads(known, question, question.information(_counts(question, places))),
+        _spreads(known, question, question.information(_evenly(directions, points))),
+        efficiency(question, bound, _with(question, places)),
+        noise,
+        cost,
+        tuple(left_out),
+        known.at_bound,
+        _systematic(solution, wanted),
     )
+
+
+def _question(known: Known, wanted: list[str], rows: Values, prior: Values, points: int) -> Question:
+    """What the readings are judged by: targets are what readings spread evenly over all directions would give.
+
+    Raises ValueError where the directions do not determine every value.
+    """
+    _refuse_undetermined(known.names, rows, prior)
+    evenly = prior + points / len(rows) * rows.T @ rows
+    length = np.sqrt(np.diag(evenly))
+    targets = np.sqrt(np.diag(np.linalg.inv(evenly / np.outer(length, length)))) / length
+    return Question(rows, aims_of(list(known.names), wanted, targets), prior)
 
 
 def _refuse_undetermined(names: Sequence[str], rows: Values, prior: Values) -> None:
@@ -127,6 +135,18 @@ def _refuse_undetermined(names: Sequence[str], rows: Values, prior: Values) -> N
 def _check(measured: int, points: int, directions: int) -> int:
     """How many of the new readings stand on a grid, so that with those of the scan a fifth of all do."""
     return max(min(int(np.ceil(CHECKED * (measured + points))) - measured, points, directions), 0)
+
+
+def _part(question: Question, some: Places) -> Question:
+    return Question(question.rows[some], question.aims, question.prior)
+
+
+def _evenly(directions: xr.Dataset, points: int) -> Values:
+    """How many of so many readings on a uniform grid each direction has (directions,)."""
+    count = directions.sizes["direction"]
+    if points >= count:
+        return np.full(count, points / count)
+    return np.bincount(coarse(directions, points), minlength=count).astype(float)
 
 
 def _counts(question: Question, places: Places) -> Values:

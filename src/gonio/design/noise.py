@@ -49,7 +49,12 @@ class Noise(NamedTuple):
 
     @classmethod
     def of_residuals(cls, measured: Values, modelled: Values, slopes: Values) -> "Noise":
-        """What the residuals of a fit show (`fitting.certainty.noise`); slopes (points, values): of the BRDF."""
+        """What the residuals of a fit show (`fitting.certainty.noise`); slopes (points, values): of the BRDF.
+
+        Raises ValueError where the values are as many as the points, which leaves no residuals.
+        """
+        if slopes.shape[0] <= slopes.shape[1]:
+            raise ValueError("a fit of as many values as points shows no noise: say it with --noise 1%+0.5")
         kinds = Kinds(np.empty(0), float(np.maximum(modelled, 0.0).max()) or 1.0, False)
         kinds = kinds._replace(variances=kinds.at(np.ones_like(modelled), modelled, measured))
         found = estimated(modelled - measured, slopes.shape[1], slopes, kinds)

@@ -24,7 +24,7 @@ Values = npt.NDArray[np.float64]
 
 # Of the information of all directions together: what makes the first few readings, which determine nothing, comparable.
 RIDGE = 1e-10
-GUARD = 0.02  # of the weight of a wanted value in the sum of variances: what a value counts that is not wanted
+GUARD = 0.02  # what an uncertainty counts that is not wanted, over one that is: 50 times the target weighs as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +99,9 @@ def undetermined(rows: Values, prior: Values) -> npt.NDArray[np.bool_]:
 
 
 def aims_of(names: list[str], wanted: list[str], targets: Values, guard: float = GUARD) -> Values:
-    """L (values, values): the variances of wanted values over u_k^2 (values,) count whole, others by the guard.
+    """L (values, values): wanted values count by their targets u_k (values,), all others by the guard of theirs.
 
     Without a guard the best design abandons values that are not wanted, and the model may no longer be determined.
     """
-    counted = np.sqrt([1.0 if name in wanted else guard for name in names])
+    counted = np.array([1.0 if name in wanted else guard for name in names])
     return np.diag(counted / targets)

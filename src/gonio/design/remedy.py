@@ -50,10 +50,9 @@ def _remedies(solution: Solution) -> dict[str, str]:
         return {}
     try:
         known = Known.of(solution)
-        directions = _around(solution)
+        directions, noise = _around(solution), known.noise()
     except ValueError:  # no readings are designed for such a fit
         return {}
-    noise = known.noise()
     measured, rows = known.rows(solution.scan, noise), known.rows(directions, noise)
     information = measured.T @ measured
     if undetermined(np.zeros((0, len(known.names))), information).any():

@@ -61,17 +61,12 @@ def tell_apart(
             f"{points} readings are asked for and {directions.sizes['direction']} directions are there to choose from: "
             "ask for fewer, take a finer step, or allow repeats"
         )
-    columns = ["brdf", *directions.coords]
-    measured = scan.assign_coords(
-        {n: directions[n].isel(direction=[0] * len(scan["brdf"])) for n in _lacking(scan, directions)}
-    )
-    both = xr.concat([measured[columns].reset_coords(), directions[columns].reset_coords()], "direction").set_coords(
-        list(directions.coords)
-    )
+    both = _together(scan, directions)
     truth = known.brdf(both)
     both = both.assign(brdf=("direction", truth, directions["brdf"].attrs))
-    problems = [Problem(model, both, **_options(solution, model)) for model in rivals]
-    made = [Rival.of(problem, truth, noise.deviation(truth)) for problem in problems]
+    made = [
+        Rival.of(Problem(model, both, **_options(solution, model)), truth, noise.deviation(truth)) for model in rivals
+    ]
     many = len(scan["brdf"])
     once = np.concatenate([np.ones(many), np.zeros(directions.sizes["direction"])])
     grid = once.copy()
@@ -88,13 +83,19 @@ def tell_apart(
     )
 
 
+def _together(scan: xr.Dataset, directions: xr.Dataset) -> xr.Dataset:
+    """The directions of a fit's points, then those to choose from, as one flat scan.
+
+    What is one for all directions, such as a wavelength, the points of a fit need not repeat.
+    """
+    names = [str(name) for name in directions.coords]
+    first = directions.isel(direction=[0] * scan.sizes["direction"])
+    old = first.assign_coords({n: ("direction", scan[n].values) for n in names if n in scan.coords})
+    return xr.concat([old, directions], "direction")
+
+
 def _of(rivals: Sequence[Rival], counts: Values) -> Telling:
     return told_apart(rivals, 0, counts)
-
-
-def _lacking(scan: xr.Dataset, directions: xr.Dataset) -> list[str]:
-    """Coordinates of all directions, such as a wavelength, that the points of a fit do not repeat."""
-    return [str(name) for name in directions.coords if name not in scan.coords]
 
 
 def _options(solution: Solution, model: Model) -> dict[str, Any]:

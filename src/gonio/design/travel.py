@@ -53,33 +53,31 @@ def in_order(directions: xr.Dataset) -> Places:
     return np.array(out, dtype=np.intp)
 
 
-def worthwhile(
-    directions: xr.Dataset, design: Callable[[Places], tuple[Places, float]], cost: Cost
-) -> tuple[Places, list[float]]:
-    """The design of the least variance times seconds over sets of incidence angles, and the angles left out of it.
+def not_worth_it(directions: xr.Dataset, design: Callable[[Places], tuple[Places, float]], cost: Cost) -> list[float]:
+    """The incidence angles [deg] to leave out for the least variance times seconds.
 
     design: places of the directions that may be read -> places chosen and the variance that they leave. A variance
     falls as the inverse of the time spent, so that their product is what a second is worth. From all angles on, the one
     whose loss costs least is left out, as long as the product falls.
     """
 
-    def tried(angles: list[float]) -> tuple[float, Places]:
+    def product(angles: list[float]) -> float:
         places, variance = design(np.flatnonzero(np.isin(directions["theta_i"].values, angles)))
         some = directions.isel(direction=places)
-        return variance * cost.seconds(some.isel(direction=in_order(some))), places
+        return variance * cost.seconds(some.isel(direction=in_order(some)))
 
     angles: list[float] = np.unique(directions["theta_i"].values).tolist()
     left_out: list[float] = []
-    best, places = tried(angles)
+    best = product(angles)
     while len(angles) > 1:
-        trials = [(*tried([a for a in angles if a != angle]), angle) for angle in angles]
-        product, fewer, angle = min(trials, key=lambda trial: trial[0])
-        if not product < best:
+        trials = [(product([a for a in angles if a != angle]), angle) for angle in angles]
+        least, angle = min(trials)
+        if not least < best:
             break
-        best, places = product, fewer
+        best = least
         angles.remove(angle)
         left_out.append(angle)
-    return places, sorted(left_out)
+    return sorted(left_out)
 
 
 def _plane(directions: xr.Dataset) -> Values:

@@ -10,6 +10,7 @@ import numpy as np
 from gonio.app.output import figure, strong, table
 from gonio.design.rivals import TELLING
 from gonio.files import replacing
+from gonio.fitting.status import Status
 from gonio.measured.dataset import is_in_plane, signed_theta_r
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def lines(plan: "Plan", solution: "Solution", which: str) -> Iterator[Any]:
     values = "all values" if len(plan.wanted) == len(plan.now) else ", ".join(plan.wanted)
     points = solution.dataset.attrs["points"]
     yield strong(f"{count} readings for {values}", f" of {solution.model.name}, beside the {points} of {which}")
+    yield from _status_lines(solution)
     yield from _listed(plan.directions)
     yield _uncertainties(plan)
     yield from _noise_lines(plan.noise, solution)
@@ -92,6 +94,7 @@ def apart_lines(apart: "Apart", solution: "Solution") -> Iterator[Any]:
     """A plan that tells models apart, for people."""
     count = apart.directions.sizes["direction"]
     yield strong(f"{count} readings that tell {solution.model.name} from {' and '.join(apart.rivals)}")
+    yield from _status_lines(solution)
     yield from _listed(apart.directions)
     found = table("readings", "noncentrality", "enough")
     named = {"so far": apart.now, f"with these {count}": apart.after, f"with a uniform grid of {count}": apart.uniform}
@@ -103,6 +106,12 @@ def apart_lines(apart: "Apart", solution: "Solution") -> Iterator[Any]:
         f"a noncentrality of {TELLING:g}"
     )
     yield from _noise_lines(apart.noise, solution)
+
+
+def _status_lines(solution: "Solution") -> Iterator[Any]:
+    """What is wrong with the fit that the plan trusts; nothing where nothing is."""
+    if solution.status not in (Status.CONVERGED, Status.AT_BOUND):
+        yield strong("the plan trusts a fit", f": {solution.status}")
 
 
 def blocked_lines(nearest: float) -> Iterator[str]:

@@ -98,6 +98,21 @@ def fraction(case: Against, want: Sequence[str]) -> tuple[float, float]:
     return max(r**2 for r in case.ratios(best.covariance, want)), best.excess
 
 
+def alike(case: Against) -> float:
+    """The least fraction with which both sigma and gamma are as sure: their weights are found by halving."""
+    low, high = 0.0, 1.0
+    names, worse = case.candidates.names, 1.0
+    for _ in range(10):
+        share = (low + high) / 2
+        weights = {"sigma": share, "gamma": 1 - share}
+        aims = aims_of(names, list(weights), case.targets) * np.sqrt([weights.get(name, 1.0) for name in names])
+        question = Question(case.candidates.rows, aims, np.zeros((len(names),) * 2))
+        sigma, gamma = case.ratios(continuous(question, case.readings).covariance, WANTS[2])
+        worse = max(sigma, gamma) ** 2
+        low, high = (share, high) if sigma > gamma else (low, share)
+    return worse
+
+
 def whole(case: Against, count: int) -> dict[str, Any]:
     """The best distinct and repeated readings for sigma and gamma."""
     want = WANTS[2]
@@ -204,6 +219,7 @@ def main() -> None:
     noise = NOISES["1 % + 1"]
     record = {
         "fractions": list(track(table(), "bounds", total=36)),
+        "alike": {s: alike(against(s, THREE, noise)) for s in ("Al", "SR107")},
         "whole": {f"{s} {n}": whole(against(s, THREE, noise), n) for s in ("Al", "SR107") for n in (76, 114)},
         "repeated": repeated("Al", noise, REPEATS) | {"repeats": REPEATS},
         "rivals": {f"{s} {r}": told(s, r) for s in ("Al", "SR107") for r in ("liu-2016", "wang-2016")},

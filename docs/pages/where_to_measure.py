@@ -27,6 +27,7 @@ def page(record: dict[str, Any]) -> str:
     half = record["whole"]["Al 114"]
     third = record["whole"]["Al 76"]
     worst = min(one[kind] for one in record["whole"].values() for kind in ("efficiency", "efficiency_of_repeats"))
+    alike = " and ".join(f"{record['alike'][s]:.3f}" for s in SURFACES)
     rivals = [
         [name, *(f"{found[kind]:.3g}" for kind in ("uniform", "t_optimal", "least"))]
         for name, found in record["rivals"].items()
@@ -98,7 +99,8 @@ The last lines say how good the plan is. No other design is better than a bound,
 ## What can be gained
 
 The paper's model and surfaces, three incidence angles with 228 readings every 2 deg, 5 deg about the beam blocked. The numbers are the
-fraction of these readings that gives sigma, gamma, or both the same uncertainty, if they are placed best (Al, SR107).
+fraction of these readings that gives sigma, gamma, or both the same uncertainty, if they are placed best (Al, SR107). *Both* is the worse of
+the two where the sum of their variances is least; weighed so that both come out alike, it is {alike} instead of the first row's.
 
 {table(["noise", "theta_i allowed [deg]", "sigma", "gamma", "both"], fractions(record), 5)}
 
@@ -113,7 +115,7 @@ fraction of these readings that gives sigma, gamma, or both the same uncertainty
 ## Rival models
 
 Readings needed to tell the paper's model from a rival with a chance of 98 % (test at 5 %, one degree of freedom): on a uniform grid, by a
-T-optimal design (atkinson1975), and what no design is below. {noise.capitalize()}.
+T-optimal design (atkinson1975), and what no design is below ({noise}).
 
 {table(["surface and rival", "uniform", "T-optimal", "at least"], rivals, 1)}
 

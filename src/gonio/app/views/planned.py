@@ -76,8 +76,8 @@ def lines(plan: "Plan", solution: "Solution", which: str) -> Iterator[Any]:
     for name, part in plan.systematic.items():
         yield strong(name, f": a systematic part of {figure(part)} stays, however many readings{_enough(plan, name)}")
     if plan.seconds is not None:
-        left = f"; theta_i {', '.join(f'{a:g}' for a in plan.left_out)} are not worth the time" if plan.left_out else ""
-        yield f"they take {plan.seconds:.0f} s{left}"
+        angles = ", ".join(f"{angle:g}" for angle in plan.left_out)
+        yield f"they take {plan.seconds:.0f} s{f'; not worth a move of the table: theta_i {angles}' if angles else ''}"
 
 
 def apart_record(apart: "Apart") -> dict[str, Any]:

@@ -29,6 +29,7 @@ class Panel(StrEnum):
     UNCERTAINTY = "Uncertainty"
     SOLVER = "Solver"
     RANKING = "Ranking"
+    PLAN = "Plan"
     RESAMPLING = "Resampling"
     REDUCTION = "Reduction"
     FIGURE = "Figure"

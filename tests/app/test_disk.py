@@ -119,6 +119,7 @@ NEW_FOLDER = {
     "diff": "diff scan.csv scan.csv --out typo/x.png",
     "draw": "draw lambert --set rho=1 --out typo/x.png",
     "reduce": "reduce scan.csv --out typo/x.csv",
+    "plan-next": "plan-next scan.csv --model lambert --out typo/x.csv",
     "demo": "demo --out typo/demo",
     "stack": "stack scan.csv --out typo/s.zarr",
     "fit-stack": "fit-stack stack.zarr --model lambert --out typo/o.zarr",

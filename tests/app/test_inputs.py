@@ -22,6 +22,7 @@ READING = {
     "compare": ("compare", "{}", "--models", "lambert"),
     "plot": ("plot", "{}", "--models", "lambert", "--out", "{folder}/x.png"),
     "check": ("check", "{}"),
+    "plan-next": ("plan-next", "{}", "--model", "lambert"),
     "fit-stack": ("fit-stack", "{}", "--model", "lambert", "--out", "{folder}/o.zarr"),
     "stack": ("stack", "{}", "--out", "{folder}/s.zarr"),
     "stack onto": ("stack", "{good}", "--out", "{folder}/s.zarr", "--onto", "{}"),

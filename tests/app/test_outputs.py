@@ -34,6 +34,7 @@ COMMANDS = {
     "plot": "plot scan.csv --models lambert --out scan.csv",
     "info": "info scan.csv --json scan.csv",
     "check": "check scan.csv --json scan.csv",
+    "plan-next": "plan-next scan.csv --model lambert --out scan.csv",
     "diff": "diff scan.csv other.csv --json other.csv",
     "convert": "convert scan.csv new.csv --onto other.csv --json other.csv",
     "convert onto": "convert scan.csv other.csv --onto other.csv",

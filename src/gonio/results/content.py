@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from gonio.comparison.metrics import METRICS
+from gonio.design.remedy import remedy_of
 from gonio.fitting.certainty.identifiability import determinations
 from gonio.fitting.solution import Solution
 from gonio.outside import printable
@@ -167,7 +168,8 @@ def _undetermined(solution: Solution, found: Sequence[Value]) -> Iterator[str]:
             yield f"the data do not determine {count} of {len(found)} values"
         return
     farthest = float(solution.scan["theta_r"].max()) if solution.has_scan else 90.0
-    loose = [f"{name(d.name)}: {d.words}" for d in determinations(solution, farthest) if not d.determined]
+    judged = determinations(solution, farthest, remedy=remedy_of(solution))
+    loose = [f"{name(d.name)}: {d.words}" for d in judged if not d.determined]
     yield from loose[:NAMED]
     if len(loose) > NAMED:
         yield f"{len(loose) - NAMED} more values trade off, lie at a bound or are not determined"

@@ -23,7 +23,7 @@ def test_the_papers_model_as_published(name):
     assert trading == {"kdd", "kid", "gamma"}
     for one in trading:
         assert set(found[one].partners) == trading - {one}
-        assert "fix one with --hold, or scan beyond 80 deg" in found[one].words
+        assert "fix one with --hold; readings beyond 80 deg may help" in found[one].words
     (told,) = [c for c in combinations(solution) if c.name == "kdd/(pi gamma)"]
     expected = surface.values["kdd"] / (np.pi * surface.values["gamma"])
     assert abs(told.value - expected) < 4 * told.uncertainty

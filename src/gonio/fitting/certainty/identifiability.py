@@ -11,7 +11,7 @@ of a Solution, so that no fit is made. What it says holds near the optimum; `pro
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,16 +59,23 @@ class Combination:
         return abs(self.uncertainty / self.value) if self.value else np.inf
 
 
-def determinations(solution: Solution, farthest: float = 90.0, profiles: Sequence[Profile] = ()) -> list[Determination]:
+def determinations(
+    solution: Solution,
+    farthest: float = 90.0,
+    profiles: Sequence[Profile] = (),
+    remedy: Callable[[str], str] = lambda name: "",
+) -> list[Determination]:
     """One for each free value, from the covariance of a fit to a scan that reaches theta_r `farthest` [deg].
 
     A value whose profile was computed is said with what the data allow, which holds where the covariance does not.
+    remedy: what further readings would do for a value of this name, in words, as `gonio.design.remedy` finds it; empty
+    where it does not know.
     """
     allowed = {p.name: f"; the data allow {p.name} {p.words}" for p in profiles}
-    return [replace(d, words=d.words + allowed.get(d.name, "")) for d in _determinations(solution, farthest)]
+    return [replace(d, words=d.words + allowed.get(d.name, "")) for d in _determinations(solution, farthest, remedy)]
 
 
-def _determinations(solution: Solution, farthest: float) -> list[Determination]:
+def _determinations(solution: Solution, farthest: float, remedy: Callable[[str], str]) -> list[Determination]:
     """The determinations from the covariance alone, without profiles."""
     free = Free.of(solution)
     known = np.isfinite(free.variance) & (free.variance > 0)
@@ -87,11 +94,13 @@ def _determinations(solution: Solution, farthest: float) -> list[Determination]:
             out.append(Determination(name, False, np.inf, (), words))
         else:
             at = place[k]
-            out.append(_determination(name, float(found.inflation[at]), found.partners[at], farthest))
+            out.append(_determination(name, float(found.inflation[at]), found.partners[at], farthest, remedy))
     return out
 
 
-def _determination(name: str, inflation: float, partners: tuple[str, ...], farthest: float) -> Determination:
+def _determination(
+    name: str, inflation: float, partners: tuple[str, ...], farthest: float, remedy: Callable[[str], str]
+) -> Determination:
     """What is said of a value inside its bounds whose uncertainty is known.
 
     An inflation without a partner comes of several weaker correlations, and is not called a trade-off.
@@ -100,10 +109,15 @@ def _determination(name: str, inflation: float, partners: tuple[str, ...], farth
         return Determination(name, True, inflation, (), "determined")
     named = partners if len(partners) <= NAMED else (*partners[: NAMED - 1], f"{len(partners) - NAMED + 1} others")
     listed = " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
-    elsewhere = f"scan beyond {farthest:g} deg" if farthest < STEEP else "scan other directions"
     told = f"cannot be told apart from {listed}, which makes it {inflation:.0f} times less certain than alone"
-    words = f"{told}: fix one with --hold, or {elsewhere}"
+    words = f"{told}: fix one with --hold; {remedy(name) or _elsewhere(farthest)}"
     return Determination(name, False, inflation, partners, words)
+
+
+def _elsewhere(farthest: float) -> str:
+    """What is said of other readings where nothing is known of what they would do."""
+    where = f"beyond {farthest:g} deg" if farthest < STEEP else "at other directions"
+    return f"readings {where} may help"
 
 
 def combinations(solution: Solution) -> list[Combination]:

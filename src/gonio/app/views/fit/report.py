@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") -> dict[str, Any]:
     """A fit as plain data, with what it was asked besides."""
+    from gonio.design.remedy import remedy_of
     from gonio.fitting.certainty.identifiability import combinations, determinations
 
     attrs = row.solution.dataset.attrs
@@ -53,7 +54,7 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
                 "partners": list(d.partners),
                 "words": d.words,
             }
-            for d in determinations(row.solution, row.farthest, certainty.profiles)
+            for d in determinations(row.solution, row.farthest, certainty.profiles, remedy_of(row.solution))
         },
         "combinations": {c.name: {"value": c.value, "uncertainty": c.uncertainty} for c in combinations(row.solution)},
     } | certainty.record()
@@ -67,9 +68,10 @@ def _intervals(solution: "Solution") -> dict[str, list[float]]:
 
 def determination_lines(row: "Row", certainty: "Certainty") -> Iterator[Any]:
     """Which values the data do not determine, and which combinations they do; nothing where all are determined."""
+    from gonio.design.remedy import remedy_of
     from gonio.fitting.certainty.identifiability import combinations, determinations
 
-    for one in determinations(row.solution, row.farthest, certainty.profiles):
+    for one in determinations(row.solution, row.farthest, certainty.profiles, remedy_of(row.solution)):
         if not one.determined:
             yield strong(one.name, f": {one.words}")
     for combination in combinations(row.solution):

@@ -88,19 +88,16 @@ def _real(stated: Mapping[str, Any], folder: Path) -> Bench:
         if name in ("table", "arm"):
             zeros[name] = float(about.pop("zero", 0.0))
         devices[name] = opened(about, folder)
-        if not isinstance(devices[name], protocol):
-            lacks = [m for m in _methods(protocol) if not hasattr(devices[name], m)]
+        if lacks := sorted(_members(protocol) - set(dir(devices[name]))):
             raise ValueError(f"[{name}]: the driver {printable(str(about['driver']))!r} lacks {', '.join(lacks)}")
     stage = InPlane(devices.pop("table"), devices.pop("arm"), zeros["table"], zeros["arm"])
     return Bench(stage, instrument=stated.get("instrument", {}), **devices)
 
 
-def _methods(protocol: Any) -> list[str]:
-    return sorted(name for name in (*dir(protocol), *_annotated(protocol)) if not name.startswith("_"))
-
-
-def _annotated(protocol: Any) -> list[str]:
-    return [name for of in protocol.__mro__ for name in getattr(of, "__annotations__", {})]
+def _members(protocol: Any) -> set[str]:
+    """What a Protocol asks for: methods and attributes."""
+    annotated = {name for of in protocol.__mro__ for name in getattr(of, "__annotations__", {})}
+    return {name for name in {*dir(protocol), *annotated} if not name.startswith("_")}
 
 
 def _simulated(

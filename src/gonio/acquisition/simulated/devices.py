@@ -259,7 +259,7 @@ class SimulatedDetector:
         return Reading(value, sd, samples, self.unit, self.range, False, e.temperature)
 
     def _spread(self, signal: float) -> float:
-        """The standard deviation of one sample [W]: shot noise, noise of the resistor, of the light, of the converter."""
+        """The standard deviation of one sample [W]: shot noise, that of resistor, light and converter."""
         e = self._electronics
         current = e.responsivity * signal
         resistor = 2.0 / (e.responsivity * self.range)  # the largest signal gives 2 V

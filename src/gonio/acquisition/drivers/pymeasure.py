@@ -5,6 +5,7 @@ opens it anew after a lost connection. PyMeasure is MIT; it comes with the extra
 """
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -26,14 +27,19 @@ class _Opened:
 
     def __init__(self, clock: Clock | None, open_one: Callable[[], Any]) -> None:
         self.clock, self._open_one = clock or SystemClock(), open_one
-        self.device = open_one()
+        self.device = self._open()
 
     def reconnect(self) -> None:
         """Close what is left of the connection, and open another."""
         adapter = getattr(self.device, "adapter", None)
         if adapter is not None:
             adapter.close()
-        self.device = self._open_one()
+        self.device = self._open()
+
+    def _open(self) -> Any:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # PyMeasure asks its users which devices speak SCPI
+            return self._open_one()
 
 
 def _statistics(samples: Sequence[float]) -> tuple[float, float]:
@@ -71,7 +77,7 @@ class PM100(_Opened):
             device.write(f"SENS:AVER:COUN {averages}")
             return device
 
-        self._pause = averages * READING
+        self._sample_time = averages * READING
         super().__init__(clock, open_one)
         self.set_range(self.range)
 
@@ -86,11 +92,7 @@ class PM100(_Opened):
     def read(self, seconds: float) -> Reading:
         """Samples for so long; the first, which may have begun during a move, is not used."""
         _ = self.device.power
-        end = self.clock.monotonic() + seconds
-        samples: list[float] = []
-        while not samples or self.clock.monotonic() < end:
-            samples.append(float(self.device.power))
-            self.clock.sleep(0.0)
+        samples = [float(self.device.power) for _ in range(max(round(seconds / self._sample_time), 1))]
         mean, sd = _statistics(samples)
         is_over = max(map(abs, samples)) >= FULL * self.range
         if max(map(abs, samples)) > INFINITE:
@@ -202,7 +204,7 @@ class CommandShutter(_Opened):
         clock: Clock | None = None,
         **adapter: Any,
     ) -> None:
-        self._open, self._close, self._query, self._says_open = open, close, query, says_open
+        self._commands, self._query, self._says_open = (open, close), query, says_open
         super().__init__(clock, lambda: Instrument(address, "shutter", includeSCPI=False, **adapter))
 
     @property
@@ -212,8 +214,8 @@ class CommandShutter(_Opened):
 
     def open(self) -> None:
         """Let light through."""
-        self.device.write(self._open)
+        self.device.write(self._commands[0])
 
     def close(self) -> None:
         """Let none through."""
-        self.device.write(self._close)
+        self.device.write(self._commands[1])

@@ -198,8 +198,10 @@ class SimulatedMonitor:
 
     def read(self, seconds: float) -> Reading:
         """1 V for the nominal power."""
-        self._clock.sleep(seconds)
-        return Reading(self.source() / self._power, 0.0, 1, self.unit, self.ranges[0])
+        self._clock.sleep(seconds / 2)
+        shown = self.source() / self._power
+        self._clock.sleep(seconds / 2)
+        return Reading(shown, 0.0, 1, self.unit, self.ranges[0])
 
     def set_range(self, largest: float) -> None:
         """It has one."""
@@ -242,12 +244,13 @@ class SimulatedDetector:
             raise ConnectionError("no answer from the detector")
         if self._faults.now("interrupt"):
             raise KeyboardInterrupt
-        self._clock.sleep(seconds)
+        self._clock.sleep(seconds / 2)  # what drifts is read in the middle of the time, which is its mean
         e, moment = self._electronics, self._clock.monotonic()
         power = self._power()
         bent = power * (1 + e.nonlinearity * math.log10(power / 1e-6)) if power > 0 else 0.0
         dark = e.dark + e.dark_slope * moment / 3600 + self._dark.at(moment)
         mean = self._gains[self.range] * bent + dark + self._offsets[self.range]
+        self._clock.sleep(seconds / 2)
         samples = max(int(seconds / e.sample_time), 2)
         spread = self._spread(abs(mean))
         value = mean + spread / math.sqrt(samples) * float(self._rng.standard_normal())

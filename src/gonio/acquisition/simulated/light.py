@@ -98,6 +98,9 @@ class Scattering:
     model: Model
     values: Mapping[str, Value]
 
+    def __post_init__(self) -> None:
+        self.brdf(30.0, 30.0, 180.0, 0.0)  # values that the model has not are refused now, and not in a measurement
+
     def brdf(self, theta_i: float, theta_r: float, phi: float, half_angle: float) -> float:
         """The model's, over the cone by a finer rule than that of a fit."""
         at = {

@@ -11,7 +11,7 @@ from gonio.acquisition.simulated import FAULTS, Fault, Mirror
 from gonio.files import FormatError
 from simulated_benches import measure
 
-OWN = '''
+OWN = """
 from gonio.acquisition import Reading
 
 
@@ -54,7 +54,7 @@ class Deaf:
 
 def broken():
     raise OSError("no such port\\n")
-'''
+"""
 REAL = """
 [instrument]
 aperture_radius = 4.75

@@ -8,12 +8,11 @@ import zlib
 
 import pytest
 
-from simulated_benches import SMALL, bench, measure
 from gonio.acquisition import Conditions, Journal, Layout, Plan, grid, read_journal, readings, run
 from gonio.acquisition.plan import Step
 from gonio.files import FormatError
 from places import ROOT
-
+from simulated_benches import SMALL, bench, measure
 
 
 def test_a_line_is_a_checksum_and_json(tmp_path):
@@ -79,7 +78,10 @@ def test_a_file_that_is_no_journal_is_not_touched(tmp_path, text):
         (Plan(Conditions(dwell=0.1), SMALL.steps, SMALL.skipped), "wavelength is None here and 632.8 there"),
         (Plan(Conditions(wavelength=632.8, dwell=3), SMALL.steps, SMALL.skipped), "dwell is 3.0 here and 0.1 there"),
         (Plan(SMALL.conditions, (*SMALL.steps, Step("dark")), SMALL.skipped), "there are"),
-        (Plan(SMALL.conditions, (SMALL.steps[0], Step("dark"), *SMALL.steps[2:]), SMALL.skipped), "step 2 is dark here"),
+        (
+            Plan(SMALL.conditions, (SMALL.steps[0], Step("dark"), *SMALL.steps[2:]), SMALL.skipped),
+            "step 2 is dark here",
+        ),
         (Plan(SMALL.conditions, SMALL.steps, ()), "the skipped directions differ"),
     ],
 )

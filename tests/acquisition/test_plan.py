@@ -74,7 +74,9 @@ def test_the_duration_is_travel_settling_and_reading():
 def test_the_file_says_what_the_plan_says(tmp_path):
     """Written, read, edited without another meaning: one hash."""
     layout = Layout(check=(0, 45), blocked=5)
-    plan = grid([20, 30], [-25, 0, 25.5], layout=layout, conditions=Conditions(wavelength=632.8, filter='nd "2" µ\x7f\\'))
+    plan = grid(
+        [20, 30], [-25, 0, 25.5], layout=layout, conditions=Conditions(wavelength=632.8, filter='nd "2" µ\x7f\\')
+    )
     plan.write(tmp_path / "plan.toml")
     assert read_plan(tmp_path / "plan.toml") == plan
     text = (tmp_path / "plan.toml").read_text(encoding="utf-8")

@@ -23,7 +23,11 @@ def notes(content, event=""):
 def signals(path):
     """The last reading of each step of the sample."""
     raw = readings(path)
-    rows = {(i, r, p): s for k, i, r, p, s in zip(*(raw[n].values for n in ("kind", "theta_i", "theta_r", "phi", "signal")), strict=True) if k == "sample"}
+    rows = {
+        (i, r, p): s
+        for k, i, r, p, s in zip(*(raw[n].values for n in ("kind", "theta_i", "theta_r", "phi", "signal")), strict=True)
+        if k == "sample"
+    }
     return {tuple(round(float(a), 2) for a in key): float(value) for key, value in rows.items()}
 
 
@@ -174,7 +178,14 @@ def test_targets_and_filters_are_changed_with_the_shutter_closed(tmp_path):
         select = selector.select
         selector.select = lambda to, select=select, name=name: (seen.append((name, to, on.shutter.is_open)), select(to))
     measure(tmp_path / "run.jsonl", on, REFERENCES)
-    assert [to for name, to, _ in seen if name == "targets"] == ["none", "standard", "trap", "sample", "standard", "none"]
+    assert [to for name, to, _ in seen if name == "targets"] == [
+        "none",
+        "standard",
+        "trap",
+        "sample",
+        "standard",
+        "none",
+    ]
     assert ("filters", "nd", False) in seen
     assert not any(is_open for name, _, is_open in seen if name == "targets")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gonio import catalogue
-from gonio.acquisition import Conditions, Layout, grid, readings
+from gonio.acquisition import Conditions, grid, readings
 from gonio.acquisition.simulated import STEADY, Diffuse, Electronics, Laser, Mirror, Optics, SimulatedBench, kappa
 from gonio.acquisition.simulated.light import Light, speckles
 from gonio.geometry import Geometry
@@ -41,7 +41,8 @@ def test_a_wide_beam_is_seen_by_the_cosines():
 
 
 @pytest.mark.parametrize(
-    ("radius", "distance", "expected"), [(12.5, 300, 5.447062409e-3), (25, 100, 0.1876002044), (4.75, 500, 2.835095471e-4)]
+    ("radius", "distance", "expected"),
+    [(12.5, 300, 5.447062409e-3), (25, 100, 0.1876002044), (4.75, 500, 2.835095471e-4)],
 )
 def test_the_solid_angle_is_exact(radius, distance, expected):
     assert Optics(aperture_radius=radius, distance=distance).solid_angle == pytest.approx(expected, rel=1e-9)

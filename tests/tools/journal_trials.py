@@ -75,9 +75,11 @@ def full(path: Path, size: int) -> dict[str, Any]:
     lines = sound_lines(path)
     out = {"said": said, "error": error, "tail": len(lines.tail), "shutter_open": on.shutter.is_open}
     measure(path, bench(), FEW)
-    return out | {"kept": sound_lines(path).texts[: len(lines.texts)] == lines.texts, "records": len(lines.texts)} | {
-        "complete_afterwards": read_journal(path).is_complete
-    }
+    return (
+        out
+        | {"kept": sound_lines(path).texts[: len(lines.texts)] == lines.texts, "records": len(lines.texts)}
+        | {"complete_afterwards": read_journal(path).is_complete}
+    )
 
 
 if __name__ == "__main__":

@@ -31,13 +31,13 @@ def test_repeats_are_sweeps_back():
 
 
 def test_the_arm_hides_what_its_width_gives():
-    """20 mm and a beam of 1.5 mm at 500 mm hide asin(0.043) = 2.464478 deg; more may be asked for, and less is refused."""
+    """20 mm and a beam of 1.5 mm at 500 mm hide asin(0.043) = 2.464478 deg; more may be asked for, less is refused."""
     layout = Layout(arm_half_width=20, beam_radius=1.5, distance=500)
     assert layout.hidden == pytest.approx(2.464478, abs=5e-7)
     plan = grid([30], [-33, -32, -28, -27], layout=layout)
     assert sweep(plan, 30) == [-33, -27]
     assert [(s.theta_i, s.theta_r) for s in plan.skipped] == [(30, -32), (30, -28)]
-    assert "2 deg from the source" in plan.skipped[0].reason
+    assert "within 2.464 deg of the source" in plan.skipped[0].reason
     assert len(grid([30], [-33, -27, 0], layout=replace(layout, blocked=5)).skipped) == 2
     with pytest.raises(ValueError, match=r"blocked is 1 deg, and the arm hides 2\.464 deg"):
         replace(layout, blocked=1)
@@ -152,11 +152,14 @@ def test_what_is_no_range_is_refused(text):
     ("make", "said"),
     [
         (lambda: grid([30], [-30]), None),
-        (lambda: grid([30], [-30], layout=Layout(blocked=5)), "no direction can be measured: 0 deg from the source"),
+        (
+            lambda: grid([30], [-30], layout=Layout(blocked=5)),
+            "no direction can be measured: within 5 deg of the source",
+        ),
         (lambda: grid([], [0]), "none is given"),
         (lambda: grid([30], [95]), "outside"),
         (lambda: grid([30], [0], layout=Layout(blocked=5, check=(30, -30))), "the direction of check"),
-        (lambda: Layout(check_every=3), "check_every needs a direction"),
+        (lambda: grid([30], [0], layout=Layout(check_every=3)), "check_every needs a direction"),
         (lambda: Layout(arm_half_width=600), None),
         (lambda: grid([30], [0], layout=Layout(arm_half_width=600)), "the arm is 600 mm wide"),
     ],

@@ -35,7 +35,7 @@ def test_the_part_of_a_beam_in_the_field_of_view(beam, view, theta_i, theta_r, e
 
 
 def test_a_wide_beam_is_seen_by_the_cosines():
-    """kappa -> 2 r_v^2 cos(theta_i) / (w^2 cos(theta_r)) for a beam much wider than the field of view."""
+    """The limit is 2 r_v^2 cos(theta_i) / (w^2 cos(theta_r)) for a beam much wider than the field of view."""
     expected = 2 / 1000**2 * np.cos(np.radians(60)) / np.cos(np.radians(20))
     assert kappa(60, 20, 1000.0, 1.0) == pytest.approx(expected, rel=1e-5)
 
@@ -110,7 +110,7 @@ def test_the_arm_hides_the_beam_near_the_source():
 
 
 def test_a_mirror_reflects_by_fresnel():
-    """n = 1.37, k = 7.62: the part of the power at the mirror angle is R_s, and nothing beside it."""
+    """Of n = 1.37, k = 7.62: the part of the power at the mirror angle is R_s, and nothing beside it."""
     light = Light(Optics(), {"sample": Mirror(1.37, 7.62, "s")})
     n = 1.37 + 7.62j
     cos_i = np.cos(np.radians(60))
@@ -121,7 +121,7 @@ def test_a_mirror_reflects_by_fresnel():
 
 
 def test_stray_light_and_the_halo():
-    """s = Omega (stray + halo exp(-angle/width)) about the direct beam, with the sample away."""
+    """It is s = Omega (stray + halo exp(-angle/width)) about the direct beam, with the sample away."""
     light = Light(Optics(stray=1e-5, halo=0.1, halo_width=2.0), {"none": None})
     omega = Optics().solid_angle
     assert light.part("none", 0, 170) == pytest.approx(omega * (1e-5 + 0.1 * np.exp(-5)), rel=1e-6)

@@ -1,4 +1,4 @@
-"""The procedure behind Figs 6 and 7 of guo2023: deviations by eq 9, with the range and the uncertainty they belong to."""
+"""The procedure behind Figs 6 and 7 of guo2023: deviations by eq 9, with their range and uncertainty."""
 
 import numpy as np
 import pytest

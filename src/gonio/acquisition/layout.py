@@ -48,8 +48,6 @@ class Layout:
     def __post_init__(self) -> None:
         if min(self.repeats, 1 + self.dark_every, 1 + self.check_every) < 1 or not self.distance > 0:
             raise ValueError("repeats is 1 or more, dark_every and check_every 0 or more, distance above 0")
-        if self.check_every and not self.check:
-            raise ValueError("check_every needs a direction to check: give check, such as 0,45")
         if self.blocked is not None and self.blocked < self.hidden:
             raise ValueError(
                 f"blocked is {self.blocked:g} deg, and the arm hides {self.hidden:.4g} deg: give that or more"
@@ -92,6 +90,8 @@ def planned(
     beyond 90 deg, where the reduction would divide by zero.
     """
     layout, conditions = layout or Layout(), conditions or Conditions()
+    if layout.check_every and not layout.check:
+        raise ValueError("check_every needs a direction to check: give check, such as 0,45")
     wanted: list[Step] = []
     skipped: list[Skipped] = []
     for theta_i, theta_r, phi in directions:
@@ -117,7 +117,7 @@ def _hidden(step: Step, layout: Layout) -> str:
     cosine = math.cos(i) * math.cos(r) + math.sin(i) * math.sin(r) * math.cos(p)
     away = math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
     if away < layout.limit - 1e-6:
-        return f"{away:.4g} deg from the source: the arm stands in the beam within {layout.limit:.4g} deg"
+        return f"within {layout.limit:.4g} deg of the source, where the arm stands in the beam"
     return ""
 
 

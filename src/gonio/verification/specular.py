@@ -4,8 +4,8 @@ The whole mirrored beam is on the detector, so its reflectance is a ratio of pow
 
     R = (V_s - d) / M_s / ((V_i - d) / M_i / tau),
 
-with the dark d of the same range between those before and after, the monitor M where there is one, and the transmittance
-tau of the filter in the incident beam.
+with the dark d of the same range between those before and after, the monitor M where there is one, and the
+transmittance tau of the filter in the incident beam.
 """
 
 import math
@@ -39,7 +39,7 @@ class Mirrored:
     error: Values
 
     def deviation(self, expanded: float = math.nan) -> Deviation:
-        """Delta over all incidence angles. expanded: relative, k = 2; without it twice that of the readings' scatter."""
+        """Delta over all incidence angles. expanded: relative, k = 2; without it twice the scatter of the readings."""
         scatter = 2 * float(np.sqrt(np.mean((self.uncertainty / self.measured) ** 2)))
         what = f"{self.polarisation}, theta_i from {self.theta_i.min():g} to {self.theta_i.max():g} deg"
         known = expanded if math.isfinite(expanded) else scatter

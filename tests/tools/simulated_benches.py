@@ -20,6 +20,11 @@ def bench(faults=(), surface=None, **given):
     return SimulatedBench(surface or Diffuse(0.5), faults=faults, **{"electronics": FEW_RANGES} | given)
 
 
+def bench_of(surface, ranges):
+    """A bench of any surface with a detector of these ranges [W]."""
+    return SimulatedBench(surface, electronics=Electronics(ranges=ranges))
+
+
 def coating(**given):
     return SimulatedBench(catalogue["ggx"], VALUES, **given)
 

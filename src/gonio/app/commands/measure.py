@@ -19,12 +19,10 @@ EXAMPLES = (
         "gonio measure plan.toml --bench bench.toml --log run.jsonl",
         "Measure a plan; the same line goes on after a power cut",
     ),
-    Example(
-        "gonio measure plan.toml --bench simulated.toml --log try.jsonl", "Try the plan on a bench that is computed"
-    ),
+    Example("gonio measure plan.toml --bench trial.toml --log try.jsonl", "Try the plan on a bench that is computed"),
     Example(
         "gonio measure plan.toml --bench bench.toml --log run.jsonl --json -",
-        "The same, with the summary for a program",
+        "The same, with a summary for a program",
     ),
 )
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from gonio.acquisition.layout import Layout, angles, grid
+from gonio.acquisition.layout import Layout, angles, grid, planned
 from gonio.acquisition.plan import Conditions
 from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions
@@ -14,18 +14,19 @@ from gonio.options import Option, Panel
 
 EXAMPLES = (
     Example(
-        "gonio plan --theta-i 20:70:10 --theta-r -80:80:1 --blocked 5 --check 0,45 --out scan.toml",
-        "Incidence angles from 20 to 70 deg, the arm from -80 to 80, with a direction that shows drift",
+        "gonio plan --theta-i 20:70:10 --theta-r -80:80:1 --check 0,45 --out new.toml",
+        "Incidence angles from 20 to 70 deg, with a direction that shows drift",
     ),
     Example(
-        "gonio plan --theta-i 30 --theta-r -60:60:5 --arm-half-width 20 --beam-radius 1.5",
-        "What the width of the arm hides, and how long it takes; nothing is written",
+        "gonio plan --theta-i 30 --theta-r -60:60:5 --arm-half-width 20",
+        "What an arm of 40 mm hides, and how long it takes; nothing is written",
     ),
     Example(
-        "gonio plan --theta-i 10,30 --theta-r -70:70:5 --standard 0,45 --repeats 2 --out relative.toml",
-        "Against a standard at 0/45, each direction twice",
+        "gonio plan --theta-i 10:80:10 --theta-r mirror --incident --out mirror.toml",
+        "The mirror direction and the incident beam, as gonio verify needs them",
     ),
 )
+MIRROR = "mirror"
 ANGLES = "DEG,..|FIRST:LAST:STEP"
 
 
@@ -67,7 +68,12 @@ def _direction(text: str, flag: str) -> tuple[float, float] | None:
 def command(
     theta_i: Annotated[str, Option("incidence angles", metavar=ANGLES, panel=Panel.MEASUREMENT)],
     theta_r: Annotated[
-        str, Option("angles of the detector, signed: forward is positive", metavar=ANGLES, panel=Panel.MEASUREMENT)
+        str,
+        Option(
+            "angles of the detector, signed: forward is positive; mirror for theta_r = theta_i",
+            metavar=f"{ANGLES}|{MIRROR}",
+            panel=Panel.MEASUREMENT,
+        ),
     ],
     besides: Besides,
     layout: Layout,
@@ -83,13 +89,12 @@ def command(
     """
     if out is not None:
         refuse_existing(out, output.force)
-    plan = grid(
-        angles(theta_i, "--theta-i"),
-        angles(theta_r, "--theta-r"),
-        besides.azimuths,
-        layout=besides.added_to(layout),
-        conditions=conditions,
-    )
+    full, incidence = besides.added_to(layout), angles(theta_i, "--theta-i")
+    if theta_r == MIRROR:
+        plan = planned(((angle, angle, None) for angle in incidence), full, conditions)
+    else:
+        outward = angles(theta_r, "--theta-r")
+        plan = grid(incidence, outward, besides.azimuths, layout=full, conditions=conditions)
     if out is not None:
         plan.write(out, output.force)
     output.show(view.record(plan, out), view.lines(plan, out))

@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 EXAMPLES = (
     Example(
         "gonio verify mirror.jsonl --material aluminium --uncertainty 1",
-        "A mirror against Fresnel's equations, with an expanded uncertainty of 1 %",
+        "A mirror against Fresnel's equations; the set-up is known to 1 % (k = 2)",
     ),
     Example(
-        "gonio verify scan.csv --certified one.csv --out verified.png", "A standard against its certified curve, drawn"
+        "gonio verify scan.csv --certified one.csv --out standard.png",
+        "A standard against its certificate, drawn",
     ),
     Example("gonio verify scan.csv --reflectance 0.3 --json -", "Against a constant, over growing ranges of theta_r"),
 )

@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
+from shlex import split
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -19,7 +21,7 @@ from gonio.plotting.measuring import readings_figure
 from simulated_benches import SMALL, bench, measure
 
 BENCH = '[simulated]\nmodel = "lambert"\nvalues = {rho = 0.5}\n'
-LINE = "measure plan.toml --bench bench.toml --log run.jsonl".split()
+LINE = split("measure plan.toml --bench bench.toml --log run.jsonl")
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def here(tmp_path, monkeypatch):
 
 def test_a_plan_is_written_and_explained(run, here):
     line = "plan --theta-i 20,30 --theta-r -40:40:10 --blocked 5 --check 0,45 --out new.toml --json plan.json"
-    code, out, err = run(*line.split())
+    code, out, err = run(*split(line))
     assert (code, err) == (0, "")
     assert "left out: theta_i = 20, theta_r = -20 (1): within 5 deg of the source" in out
     assert "20 readings (2 dark, 2 check, 16 sample)" in " ".join(out.split())
@@ -60,14 +62,14 @@ def test_a_plan_is_written_and_explained(run, here):
     ],
 )
 def test_a_plan_that_cannot_be_is_one_line(run, here, line, said):
-    code, out, err = run("plan", *line.split())
+    code, out, err = run("plan", *split(line))
     assert (code, out) == (1, "")
     assert said in err
     assert err.count("\n") == 1
 
 
 def test_the_mirror_direction_of_every_angle(run, here):
-    run(*"plan --theta-i 10:80:10 --theta-r mirror --incident --out mirror.toml".split())
+    run(*split("plan --theta-i 10:80:10 --theta-r mirror --incident --out mirror.toml"))
     samples = [step for step in read_plan(here / "mirror.toml").steps if step.kind == "sample"]
     assert [(s.theta_i, s.theta_r) for s in samples] == [(t, t) for t in range(10, 81, 10)]
 
@@ -122,8 +124,7 @@ def test_what_does_not_belong_together_is_one_line(run, here, change, said):
 
 
 def write_text(name, text):
-    with open(name, "w", encoding="utf-8") as file:
-        file.write(text)
+    Path(name).write_text(text, encoding="utf-8")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -248,10 +249,10 @@ def test_a_mirror_is_verified_from_plan_to_verdict(run, here):
     )
     for state in ("s", "p"):
         line = f"plan --theta-i 10:80:10 --theta-r mirror --incident --filter nd --wavelength 632.8 --out {state}.toml"
-        assert run(*line.split(), "--polarisation", state)[0] == 0
+        assert run(*split(line), "--polarisation", state)[0] == 0
         assert run("measure", f"{state}.toml", "--bench", "bench.toml", "--log", f"{state}.jsonl")[0] == 0
     line = "verify s.jsonl p.jsonl --material aluminium --uncertainty 0.5 --out mirror.png --json mirror.json"
-    code, out, err = run(*line.split())
+    code, out, err = run(*split(line))
     assert (code, err) == (0, "")
     assert "the set-up passes" in out
     record = json.loads((here / "mirror.json").read_text())
@@ -265,9 +266,9 @@ def test_an_unknown_polarisation_is_told(run, here):
         '[simulated]\nmirror = "aluminium"\n[simulated.electronics]\nranges = [1e-6, 1e-5, 2e-3]\n'
     )
     line = "plan --theta-i 10:80:10 --theta-r mirror --incident --filter nd --wavelength 632.8 --out new.toml"
-    run(*line.split())
-    run(*"measure new.toml --bench bench.toml --log new.jsonl".split())
-    code, out, _ = run(*"verify new.jsonl --material aluminium".split())
+    run(*split(line))
+    run(*split("measure new.toml --bench bench.toml --log new.jsonl"))
+    code, out, _ = run(*split("verify new.jsonl --material aluminium"))
     assert code == 0
     assert "the polarisation is unknown: theory for s or p differs from this by up to" in out
 
@@ -276,7 +277,7 @@ def test_a_standard_is_verified_over_growing_ranges(run, here):
     for name, rho in (("scan", 0.9), ("certificate", 0.91)):
         scan = simulate(catalogue["lambert"], {"rho": rho}, [10.0, 30.0], np.arange(-70, 71, 10.0), noise=1e-6)
         write(scan, here / f"{name}.csv")
-    code, out, err = run(*"verify scan.csv --certified certificate.csv --uncertainty 1 --json - --out d.png".split())
+    code, out, err = run(*split("verify scan.csv --certified certificate.csv --uncertainty 1 --json - --out d.png"))
     assert (code, err) == (0, "")
     record = json.loads(out)
     assert [one["values"] for one in record["deviations"]][-1] == "|theta_r| up to 70 deg"
@@ -284,7 +285,7 @@ def test_a_standard_is_verified_over_growing_ranges(run, here):
     assert record["deviations"][0]["passes"] is False
     assert len(record["by_theta_i"]) == 2
     assert (here / "d.png").exists()
-    code, out, _ = run(*"verify scan.csv --reflectance 0.9 --uncertainty 1".split())
+    code, out, _ = run(*split("verify scan.csv --reflectance 0.9 --uncertainty 1"))
     assert "the set-up passes" in out
 
 
@@ -305,7 +306,7 @@ def test_a_standard_is_verified_over_growing_ranges(run, here):
 def test_what_cannot_be_verified_is_one_line(run, here, line, said):
     write(simulate(catalogue["lambert"], {"rho": 0.9}, [10.0], [0.0, 10.0]), here / "scan.csv")
     measure(here / "run.jsonl", bench(), grid([30], [0]))
-    code, _, err = run(*line.split())
+    code, _, err = run(*split(line))
     assert code == 1
     assert said in err
     assert err.count("\n") == 1

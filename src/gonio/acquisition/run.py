@@ -188,7 +188,9 @@ class _Measurement:
                 to, note = finer[0], "weak: again in a finer range"
             is_done = is_good and to == self.range
             yield self.journal.append(
-                about | self._record(step, reading, monitor, attempt, note) | {"done": is_done and is_last}
+                about
+                | self._record(step, reading, monitor, attempt, note)
+                | {"failed": not is_good, "done": is_done and is_last}
             )
             if is_done:
                 return

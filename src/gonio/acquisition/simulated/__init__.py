@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gonio.acquisition.device import Bench, InPlane
+from gonio.acquisition.device import BEAM, Bench, InPlane
 from gonio.acquisition.simulated.devices import (
     FAULTS,
     Electronics,
@@ -82,41 +82,37 @@ class SimulatedBench(Bench):
         clock: SimulatedClock | None = None,
         **parts: Any,
     ) -> None:
-        optics, clock = optics or Optics(), clock or SimulatedClock()
+        self.optics, clock = optics or Optics(), clock or SimulatedClock()
         laser, electronics, standard, stated = _parts(**parts)
         surface = Scattering(model, values or {}) if isinstance(model, Model) else model
-        surfaces: dict[str, Surface | None] = {
-            "sample": surface,
-            "standard": standard,
-            "trap": Diffuse(0.0),
-            "none": None,
-        }
-        self.light, self.going_wrong = Light(optics, surfaces, seed), Faults(list(faults))
-        sources = np.random.default_rng(seed).spawn(2)
-        monitor = SimulatedMonitor(laser, optics.power, clock, sources[0])
-        known = (float(stated.pop("filter_transmittance", optics.filter_transmittance)), 0.0)
-        filters = SimulatedSelector([FILTER], {FILTER: known})
-        targets = SimulatedSelector(list(surfaces), at="sample")
-        shutter = SimulatedShutter(self.going_wrong)
-        table = SimulatedAxis("table", clock, self.going_wrong)
-        arm = SimulatedAxis("arm", clock, self.going_wrong, true=180.0)
-
-        def power() -> float:
-            if not shutter.is_open:
-                return 0.0
-            tau = optics.filter_transmittance if filters.at else 1.0
-            return monitor.source() * self.light.part(targets.at, table.true, arm.true, tau) + optics.background
-
+        surfaces: dict[str, Surface | None] = {"sample": surface, "standard": standard, "trap": Diffuse(0.0)}
+        surfaces["none"] = None
+        self.light, self.going_wrong = Light(self.optics, surfaces, seed), Faults(list(faults))
+        rngs = np.random.default_rng(seed).spawn(2)
+        self.source = SimulatedMonitor(laser, self.optics.power, clock, rngs[0])
+        known = (float(stated.pop("filter_transmittance", self.optics.filter_transmittance)), 0.0)
+        self._filters, self._targets = SimulatedSelector([FILTER], {FILTER: known}), SimulatedSelector(list(surfaces))
+        self._targets.select("sample")
+        self._table = SimulatedAxis("table", clock, self.going_wrong)
+        self._arm = SimulatedAxis("arm", clock, self.going_wrong, true=BEAM)
         super().__init__(
-            stage=InPlane(table, arm),
-            detector=SimulatedDetector(electronics, power, clock, self.going_wrong, sources[1]),
-            shutter=shutter,
-            monitor=monitor,
-            filters=filters,
-            targets=targets,
-            instrument=_instrument(optics) | dict(stated),
+            stage=InPlane(self._table, self._arm),
+            detector=SimulatedDetector(electronics, self._power, clock, self.going_wrong, rngs[1]),
+            shutter=SimulatedShutter(self.going_wrong),
+            monitor=self.source,
+            filters=self._filters,
+            targets=self._targets,
+            instrument=_instrument(self.optics) | dict(stated),
             clock=clock,
         )
+
+    def _power(self) -> float:
+        """What reaches the detector at this moment [W]."""
+        if not self.shutter.is_open:
+            return 0.0
+        tau = self.optics.filter_transmittance if self._filters.at else 1.0
+        part = self.light.part(self._targets.at, self._table.true, self._arm.true, tau)
+        return self.source.source() * part + self.optics.background
 
 
 def _parts(

@@ -19,8 +19,8 @@ def record(content: Content, log: Path) -> dict[str, Any]:
         "complete": content.is_complete,
         "readings": len(taken),
         "sessions": content.sessions,
-        "repeated": [one["note"] for one in taken if one["note"]],
-        "failures": [one["note"] for one in content.records if one.get("event") == "failure"],
+        "repeated": [one["note"] for one in taken if one["note"] and not one["failed"]],
+        "failures": [one["note"] for one in content.records if one.get("event") == "failure" or one.get("failed")],
         "overloaded": len(_overloaded(content)),
     }
 
@@ -35,10 +35,12 @@ def lines(content: Content, log: Path) -> Iterator[str]:
     found = record(content, log)
     yield (
         f"{found['done']} of {found['steps']} steps are measured: {found['readings']} readings in "
-        f"{found['sessions']} session{'s' * (found['sessions'] != 1)}, {len(found['repeated'])} of them repeated"
+        f"{found['sessions']} session{'s' * (found['sessions'] != 1)}, {len(found['repeated'])} of them repeated in "
+        "another range"
     )
     for note in dict.fromkeys(found["failures"]):
-        yield f"failed and tried again: {printable(note)} ({found['failures'].count(note)} times)"
+        count = found["failures"].count(note)
+        yield f"failed and tried again: {printable(note)} ({count} time{'s' * (count != 1)})"
     if found["overloaded"]:
         yield f"{found['overloaded']} readings overload the largest range, and are marked"
     yield f"wrote {log}"

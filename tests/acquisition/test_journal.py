@@ -1,6 +1,7 @@
 """The journal: nothing that it held is lost, whatever happens to the process, the disk or the file."""
 
 import json
+import random
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 
 from gonio.acquisition import Conditions, Journal, Layout, Plan, grid, read_journal, readings, run
 from gonio.acquisition.plan import Step
+from gonio.door.records import line_of, sound_lines
 from gonio.files import FormatError
 from places import ROOT
 from simulated_benches import SMALL, bench, measure
@@ -156,6 +158,64 @@ def test_readings_are_columns_of_one_row_a_reading(tmp_path):
     assert raw.attrs["plan_sha256"] == SMALL.sha256
     assert raw.attrs["fill"] == "under"
     assert raw["attempt"].values.max() >= 1  # the range was changed, and both readings are there
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"t_utc": "x"}, "it has no time"),
+        ({"value": "x"}, "its value is 'x'"),
+        ({"range": None}, "its range is None"),
+        ({"step": 999}, "its step is 999"),
+        ({"step": "1"}, "its step is '1'"),
+        ({"direction": [1, 2]}, "its direction is [1, 2]"),
+        ({"unit": 3}, "its unit is 3"),
+        ({"session": True}, "its session is True"),
+        ([], "it has no time"),
+    ],
+)
+def test_a_record_that_no_measurement_wrote_is_refused_with_its_line(tmp_path, change, said):
+    """Its checksum is right: somebody wrote it by hand, or by a program of his own."""
+    path = tmp_path / "run.jsonl"
+    measure(path, bench())
+    lines = path.read_bytes().splitlines(keepends=True)
+    record = json.loads(lines[4][9:])
+    lines[4] = line_of(json.dumps(record | change if isinstance(change, dict) else change))
+    path.write_bytes(b"".join(lines))
+    with pytest.raises(FormatError, match="line 5: is no record of a measurement") as caught:
+        readings(path)
+    assert said in str(caught.value)
+
+
+def test_a_head_that_no_measurement_wrote_is_refused(tmp_path):
+    path = tmp_path / "run.jsonl"
+    measure(path, bench())
+    lines = path.read_bytes().splitlines(keepends=True)
+    head = json.loads(lines[0][9:])
+    for change in ({"plan_sha256": "0"}, {"plan": {}}, {"plan": 3}, {"instrument": 3}, {"format": "x"}):
+        path.write_bytes(line_of(json.dumps(head | change)) + b"".join(lines[1:]))
+        with pytest.raises(FormatError, match="line 1: is no journal of gonio"):
+            readings(path)
+
+
+def test_a_damaged_journal_is_read_up_to_the_damage(tmp_path):
+    """Any byte that differs ends what is read before its line, or leaves no journal; it is never another reading."""
+    path = tmp_path / "run.jsonl"
+    measure(path, bench())
+    whole = path.read_bytes()
+    texts = sound_lines(path).texts
+    chance = random.Random(3)
+    for _ in range(60):
+        at = chance.randrange(len(whole))
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ chance.randint(1, 255)]) + whole[at + 1 :])
+        found = sound_lines(path).texts
+        assert found == texts[: len(found)]
+        assert len(found) == whole[:at].count(b"\n")
+        if found:
+            read_journal(path)
+        else:
+            with pytest.raises(FormatError):
+                read_journal(path)
 
 
 def test_readings_of_nothing_are_refused(tmp_path):

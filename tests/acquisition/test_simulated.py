@@ -128,6 +128,16 @@ def test_stray_light_and_the_halo():
     assert light.part("none", 0, 180, 1e-3) == pytest.approx(1e-3, rel=1e-4)
 
 
+def test_the_part_of_a_beam_in_the_aperture():
+    """On the axis 1 - exp(-2 r^2/w^2); a beam whose middle is at the edge of a much larger aperture is half in it."""
+    light = Light(Optics(beam_radius=4.0), {"none": None})
+    assert light.part("none", 0, 180) == pytest.approx(1 - np.exp(-2 * 4.75**2 / 16), rel=1e-9)
+    narrow = Light(Optics(beam_radius=0.02), {"none": None})
+    edge = np.degrees(np.arctan(4.75 / 500))
+    assert narrow.part("none", 0, 180 - edge) == pytest.approx(0.5, abs=0.002)
+    assert narrow.part("none", 0, 180) == pytest.approx(1, rel=1e-12)
+
+
 def test_the_monitor_follows_the_laser(tmp_path):
     """A warm-up of 2 % dies away in 20 minutes; the ratio to the monitor does not show it."""
     on = bench(laser=Laser(warm_up=0.02, noise=0.0), electronics=QUIET)

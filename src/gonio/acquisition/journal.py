@@ -22,6 +22,9 @@ from gonio.files import FormatError, naming, refuse_no_folder
 from gonio.processes.portable import lock, synchronise
 
 FORMAT = "gonio journal 1"
+NUMBERS = ("range", "dwell", "attempt", "session", "n")  # of a record of a reading
+MISSING = ("value", "sd", "monitor", "temperature")  # numbers that may be null
+TEXTS = ("kind", "unit", "filter", "note")
 RIGHTS = 0o666  # less what the user's mask takes away
 
 
@@ -63,9 +66,35 @@ def read_journal(path: str | Path) -> Content:
         plan = plan_of(head["plan"])
         if plan.sha256 != head["plan_sha256"]:
             raise ValueError("its plan is not that of its checksum")
-        return Content(head, plan, records, len(lines.tail))
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        if not isinstance(head["instrument"], dict):
+            raise TypeError("its instrument is no table")
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise FormatError(path, f"is no journal of gonio: {error}", "line 1") from error
+    for number, record in enumerate(records, start=2):
+        if wrong := _wrong(record, len(plan.steps)):
+            raise FormatError(path, f"is no record of a measurement: {wrong}", f"line {number}")
+    return Content(head, plan, records, len(lines.tail))
+
+
+def _wrong(record: Any, steps: int) -> str:
+    """What is wrong with a record whose checksum is right; empty for one that a measurement wrote."""
+    if not isinstance(record, dict) or not _is_number(record.get("t_utc")):
+        return "it has no time"
+    if "kind" not in record:
+        return "" if isinstance(record.get("event"), str) else "it has neither kind nor event"
+    lacks = [name for name in NUMBERS if not _is_number(record.get(name))]
+    lacks += [name for name in MISSING if not (name in record and (record[name] is None or _is_number(record[name])))]
+    lacks += [name for name in TEXTS if not isinstance(record.get(name), str)]
+    step, direction = record.get("step"), record.get("direction")
+    if step is not None and not (isinstance(step, int) and 0 <= step < steps):
+        lacks.append("step")
+    if direction is not None and not (isinstance(direction, list) and [*map(_is_number, direction)] == [True] * 3):
+        lacks.append("direction")
+    return f"its {lacks[0]} is {record.get(lacks[0])!r}" if lacks else ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 @dataclass

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.special import chndtr
 
 from gonio.acquisition.device import BEAM
 from gonio.geometry import Geometry
@@ -17,6 +18,7 @@ from gonio.model import Model
 from gonio.optics.fresnel import reflectances
 
 BELOW = 90.0  # deg from the normal, where the surface's other side begins
+FAR = 10  # standard deviations of a Gaussian, beyond which nothing is left
 FAINT = 1e-6  # of a beam: less is none
 WARM_UP = 20 * 60.0  # s, of a laser
 Value = float | Mapping[float, float]
@@ -213,12 +215,16 @@ class Light:
         return scattered + beam + omega * o.stray
 
     def _caught(self, off: float) -> float:
-        """The part of a beam that falls into the aperture, `off` [deg] from its middle; as if both were strips."""
+        """The part of a Gaussian beam that falls into the aperture, `off` [deg] from its middle.
+
+        Squared distances from the middle of the aperture, over the variance (w/2)^2, follow the noncentral chi-squared
+        distribution of two degrees of freedom.
+        """
         o = self.optics
-        if off >= BELOW:
+        away, sigma = o.distance * math.tan(math.radians(min(off, BELOW - 1))), o.beam_radius / 2
+        if away > o.aperture_radius + FAR * sigma:
             return 0.0
-        away, width = o.distance * math.tan(math.radians(off)), o.beam_radius / math.sqrt(2)
-        return (math.erf((o.aperture_radius - away) / width) + math.erf((o.aperture_radius + away) / width)) / 2
+        return float(chndtr((o.aperture_radius / sigma) ** 2, 2, (away / sigma) ** 2))
 
     def _passing(self, arm: float) -> float:
         """The part of the beam that passes by the arm, on its way to the sample: less than 1 near the source."""

@@ -43,6 +43,7 @@ devices:
       - {q: "2MD?", r: "DONE"}
       - {q: "TE?", r: "CODE"}
       - {q: "2ST"}
+      - {q: "2OR1"}
     properties:
       one:
         default: 0.0
@@ -157,6 +158,15 @@ def test_an_axis_moves_and_reads_back(devices):
     assert arm.position() == pytest.approx(-12.3456)
     with pytest.raises(DeviceError, match="outside the limits"):
         arm.move(200)
+
+
+@pytest.mark.parametrize(("homing", "asked"), [(False, []), (True, ["2OR1"])])
+def test_an_axis_looks_for_its_home_only_when_asked(devices, monkeypatch, homing, asked):
+    arm = devices(ESP300Axis, "GPIB0::1::INSTR", number=2, homing=homing)
+    written, write = [], arm.device.write
+    monkeypatch.setattr(arm.device, "write", lambda text: (written.append(text), write(text)))
+    arm.home()
+    assert [one for one in written if "OR" in one] == asked
 
 
 def test_an_axis_that_never_stops_is_stopped(devices):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pymeasure.instruments import Instrument, srs
-from pymeasure.instruments.newport import ESP300
+from pymeasure.instruments.newport import ESP300, esp300
 from pymeasure.instruments.thorlabs import ThorlabsPM100USB
 
 from gonio.acquisition.device import Clock, DeviceError, Reading, SystemClock
@@ -104,7 +104,9 @@ class ESP300Axis(_Opened):
     """One axis of a Newport ESP300, ESP301 or compatible controller, in degrees.
 
     number: of the axis. limits: [deg], which must lie within those of the controller. timeout: of a move [s].
-    backlash: [deg] by which a move down goes too far, so that every position is reached from below.
+    backlash: [deg] by which a move down goes too far, so that every position is reached from below. homing: whether it
+    looks for its home position when a measurement begins or goes on, which turns it freely: see that nothing is in the
+    way.
     """
 
     def __init__(
@@ -114,21 +116,27 @@ class ESP300Axis(_Opened):
         limits: Sequence[float] = (-170.0, 170.0),
         timeout: float = 120.0,
         backlash: float = 0.0,
-        clock: Clock | None = None,
+        homing: bool = False,
         **adapter: Any,
     ) -> None:
-        from pymeasure.instruments.newport.esp300 import Axis
+        clock: Clock | None = adapter.pop("clock", None)
 
         self.name = f"ESP300 axis {number}"
         self.limits = (float(limits[0]), float(limits[1]))
-        self._timeout, self._backlash = timeout, backlash
+        self._timeout, self._backlash, self._homing = timeout, backlash, homing
 
         def open_one() -> Any:
             device = ESP300(address, **adapter)
-            self._axis = Axis(number, device)
+            self._axis = esp300.Axis(number, device)
             return device
 
         super().__init__(clock, open_one)
+
+    def home(self) -> None:
+        """Look for the home position, where `homing` is asked for."""
+        if self._homing:
+            self._axis.home()
+            self._wait("home")
 
     def position(self) -> float:
         """As the controller reads it back."""
@@ -144,14 +152,17 @@ class ESP300Axis(_Opened):
 
     def _go(self, to: float) -> None:
         self._axis.write(f"PA{to:.4f}")
+        self._wait(f"{to:g} deg")
+
+    def _wait(self, where: str) -> None:
         end = self.clock.monotonic() + self._timeout
         while not self._axis.motion_done:
             if self.clock.monotonic() > end:
                 self._axis.write("ST")
-                raise DeviceError(f"has not stopped after {self._timeout:g} s on its way to {to:g} deg")
+                raise DeviceError(f"has not stopped after {self._timeout:g} s on its way to {where}")
             self.clock.sleep(0.05)
         if error := int(self.device.error):
-            raise DeviceError(f"the controller says error {error} on the way to {to:g} deg")
+            raise DeviceError(f"the controller says error {error} on the way to {where}")
 
 
 class SR830(_Opened):

@@ -1,12 +1,13 @@
 """The file of a bench: what it opens, and what is wrong in it, named with its table."""
 
 import io
+import random
 import sys
 
 import pytest
 
 from gonio import catalogue
-from gonio.acquisition import Conditions, DeviceError, grid, read_bench, read_journal
+from gonio.acquisition import Conditions, DeviceError, grid, read_bench, read_journal, read_plan
 from gonio.acquisition.simulated import FAULTS, Fault, Mirror
 from gonio.files import FormatError
 from simulated_benches import measure
@@ -137,6 +138,12 @@ def test_values_may_change_with_the_incidence_angle(tmp_path):
         (LAMBERT + 'mirror = "gold"', "[simulated] needs model"),
         (LAMBERT + "power = 3", "[simulated] has 'power'"),
         (LAMBERT + "[simulated.optics]\npower_mw = 3", "[simulated.optics] has 'power_mw'"),
+        (LAMBERT + '[simulated.optics]\npower = "x"', "[simulated.optics] has power = 'x', expected such as 0.001"),
+        (LAMBERT + "[simulated.optics]\npower = true", "[simulated.optics] has power = True"),
+        (LAMBERT + "[simulated.optics]\npower = [1]", "[simulated.optics] has power = [1]"),
+        (LAMBERT + "[simulated.electronics]\nranges = 3", "[simulated.electronics] has ranges = 3"),
+        (LAMBERT + "[simulated.electronics]\nranges = []", "[simulated.electronics] has ranges = []"),
+        (LAMBERT + "x = " + 5000 * "[", "is no TOML"),
         (LAMBERT + '[[simulated.faults]]\nwhat = "fire"', "the fault 'fire'"),
         (LAMBERT + '[[simulated.faults]]\nwhat = "nan"\nwhen = 3', "a fault has what, at and times"),
         (LAMBERT + "[table]\n", "has [simulated] and [table]"),
@@ -167,3 +174,19 @@ def test_a_person_is_asked_and_answers(tmp_path, monkeypatch, capsys):
     assert on.filters.transmittance("nd") == (1e-3, 1e-5)
     with pytest.raises(DeviceError, match="nobody answers"):
         on.targets.select("sample")
+
+
+def test_damaged_files_are_refused_in_one_line_or_taken(tmp_path):
+    """Bytes changed, cut and doubled at random in a plan and in a bench: no other error, and no line break in it."""
+    chance = random.Random(5)
+    plan = grid([20], [-30, 0, 30], conditions=Conditions(wavelength=632.8, filter="nd"))
+    texts = {"plan": plan.text.encode(), "bench": (LAMBERT + "[simulated.optics]\nbeam_radius = 2.0\n").encode()}
+    for _ in range(150):
+        for name, raw in texts.items():
+            at, much = chance.randrange(len(raw)), chance.randint(0, 4)
+            path = tmp_path / f"{name}.toml"
+            path.write_bytes(raw[:at] + chance.randbytes(chance.randint(0, 2)) + raw[at + much :])
+            try:
+                read_plan(path) if name == "plan" else read_bench(path, Conditions(), catalogue.__getitem__)
+            except FormatError as error:
+                assert "\n" not in str(error)  # noqa: PT017 - many are tried, and some are taken

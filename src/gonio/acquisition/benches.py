@@ -59,7 +59,7 @@ def read_bench(
     path = Path(path)
     try:
         stated = tomllib.loads(whole(path, LARGEST))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(path, f"is no TOML: {error}") from error
     if loose := [name for name, table in stated.items() if not isinstance(table, dict)]:
         raise FormatError(path, f"{loose[0]} stands outside of a table, expected tables such as [detector]")
@@ -141,4 +141,16 @@ def _part(of: Callable[..., Part], about: Mapping[str, Any], name: str, **given:
     known = [field.name for field in fields(of)]  # type: ignore[arg-type]
     if unknown := set(table) - set(known):
         raise ValueError(f"[simulated.{name}] has {min(unknown)!r}: it has {', '.join(known)}")
+    for key, value in table.items():
+        default = next(field.default for field in fields(of) if field.name == key)  # type: ignore[arg-type]
+        numbers = value if isinstance(default, tuple) and isinstance(value, list) and value else [value]
+        if isinstance(value, list) != isinstance(default, tuple) or not all(_alike(one, default) for one in numbers):
+            raise ValueError(f"[simulated.{name}] has {key} = {value!r}, expected such as {default!r}")
     return of(**{key: tuple(value) if isinstance(value, list) else value for key, value in table.items()})
+
+
+def _alike(value: Any, default: Any) -> bool:
+    """Whether both are truths, or both numbers."""
+    if isinstance(value, bool) or isinstance(default, bool):
+        return isinstance(value, bool) and isinstance(default, bool)
+    return isinstance(value, int | float)

@@ -212,7 +212,7 @@ def read_plan(path: str | Path) -> Plan:
     text = whole(path, LARGEST)
     try:
         return plan_of(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(path, f"is no TOML: {error}") from error
     except (ValueError, TypeError) as error:
         raise FormatError(path, f"is no plan: {error}") from error

@@ -23,6 +23,7 @@ Names = Iterable[str] | Callable[[], Iterable[str]]
 class Panel(StrEnum):
     """The groups of options in a help, in its order. A dataclass names that of its options as its PANEL."""
 
+    MEASUREMENT = "Measurement"
     DATA = "Data"
     MODEL = "Model"
     WEIGHTS = "Weights"

@@ -9,9 +9,12 @@ import pytest
 import typer
 
 from gonio import Problem, catalogue, convert, fit, join, simulate, write
+from gonio.acquisition import Conditions, Layout, grid, planned, read_bench
+from gonio.acquisition.simulated import Mirror
 from gonio.app.program import COMMANDS, EXAMPLES, app
 from gonio.resampling.resample import Filling
 from gonio.resampling.sources import SYMMETRIES
+from simulated_benches import bench_of, measure
 from stacks import one_after_another, only_here, write_stack
 
 PROGRAM = typer.main.get_command(app)
@@ -33,6 +36,19 @@ def painted(seed, sets=(550.0, 650.0), **values):
         for k, one in enumerate(sets)
     ]
     return join({str(k): scan for k, scan in enumerate(scans)}).drop_vars("scan") if len(scans) > 1 else scans[0]
+
+
+def measuring(folder):
+    """A plan, benches that are computed, and the journals of two measurements."""
+    bench = '[simulated]\nmodel = "ggx"\nvalues = {rho_s = 0.2, rho_d = 0.1, width = 0.3}\n'
+    for name in ("bench", "trial"):
+        (folder / f"{name}.toml").write_text(bench)
+    plan = grid([30], [0, 30, 60])
+    plan.write(folder / "plan.toml")
+    measure(folder / "run.jsonl", read_bench(folder / "bench.toml", plan.conditions, catalogue.__getitem__), plan)
+    conditions = Conditions(wavelength=632.8, polarisation="s", filter="nd")
+    mirrored = planned([(30, 30, None), (60, 60, None)], Layout(incident=True), conditions)
+    measure(folder / "mirror.jsonl", bench_of(Mirror(1.37, 7.62, "s"), (1e-5, 2e-3)), mirrored)
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +73,7 @@ def files(tmp_path_factory):
     (folder / "about.yml").write_text("sample: {name: panel 7, manufacturer: A. Painter}")
     rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
+    measuring(folder)
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
     return folder
 
@@ -97,6 +114,8 @@ def prepare(line, folder, monkeypatch):
         shutil.rmtree(folder / "results")
     elif " coating.bsdf --to" in line:
         (folder / "coating.bsdf").unlink()
+    elif command == "measure":
+        (folder / "run.jsonl").unlink()
     elif command in ("reduce", "import"):
         (folder / "scan.csv").unlink()
 
@@ -112,7 +131,7 @@ def test_an_example_runs_as_it_stands(run, here, alone, monkeypatch, line):
     assert out
     writes = [words[words.index(flag) + 1] for flag in ("--out", "--json") if flag in words]
     assert all(any(path.name.startswith(Path(name).stem) for path in here.iterdir()) for name in writes if name != "-")
-    if words[1] in ("plot", "draw", "convert", "reduce", "demo"):
+    if words[1] in ("plot", "draw", "convert", "reduce", "demo", "measure", "watch"):
         assert set(here.rglob("*")) - before
 
 

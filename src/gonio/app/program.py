@@ -20,7 +20,7 @@ from gonio.options import Panel
 # The commands in the order of a day's work; each is a file of that name in `commands`.
 GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "check", "report", "stack", "fit-stack"),
-    "Measuring": ("plan-next",),
+    "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
     "Files": ("import", "convert", "diff", "reduce", "fetch", "sample", "formats"),
     "Models": ("models", "eval", "draw", "materials", "demo"),
 }
@@ -52,6 +52,12 @@ def _summary(name: str) -> str:
 
 class Commands(TyperGroup):
     """The commands of COMMANDS, each imported when it is called."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the words name; `plan next` is one of two words."""
+        if args[:2] == ["plan", "next"]:
+            args = ["plan-next", *args[2:]]
+        return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Their names."""

@@ -218,3 +218,19 @@ def synchronise(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def lock(file: int) -> bool:
+    """Take an open file for this process alone, until it closes it or ends, however it ends; False where it is taken.
+
+    True as well where the system has no such lock.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -36,12 +36,12 @@ def page(record: dict[str, Any]) -> str:
 
 {measured("make designs", record["date"], record["machine"])}
 
-A reading at one direction says more of a value than at another. `gonio plan-next` fits a model to the scan that you have, and chooses the
+A reading at one direction says more of a value than at another. `gonio plan next` fits a model to the scan that you have, and chooses the
 readings that make the values you want surest. A test runs the commands on this page.
 
 ```sh
 gonio sample coating --out coating.csv
-gonio plan-next coating.csv --model ggx --want rho_s,index --points 30 --out next.csv
+gonio plan next coating.csv --model ggx --want rho_s,index --points 30 --out next.csv
 ```
 
 ```text
@@ -68,7 +68,7 @@ uncertainties that are expected now, with these readings, and with as many on a 
 - `--solution solution.nc` takes a fit that has been made.
 
 ```sh
-gonio plan-next coating.csv --model ggx --rival beckmann --points 10
+gonio plan next coating.csv --model ggx --rival beckmann --points 10
 ```
 
 The same in Python:

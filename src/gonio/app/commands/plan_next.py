@@ -1,4 +1,4 @@
-"""`gonio plan-next`: the directions to measure next, so that wanted values of a fit become surer or models differ."""
+"""`gonio plan next`: the directions to measure next, so that wanted values of a fit become surer or models differ."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from gonio.fitting.solution import Solution
 
 EXAMPLES = (
-    Example("gonio plan-next scan.csv --model ggx --want width --points 20", "Which 20 readings make width surest"),
+    Example("gonio plan next scan.csv --model ggx --want width --points 20", "Which 20 readings make width surest"),
     Example(
-        "gonio plan-next scan.csv --model ggx --points 40 --out next.csv", "Forty readings for all values, as a table"
+        "gonio plan next scan.csv --model ggx --points 40 --out next.csv", "Forty readings for all values, as a table"
     ),
-    Example("gonio plan-next scan.csv --model ggx --rival phong --points 10", "Ten that tell two models apart"),
+    Example("gonio plan next scan.csv --model ggx --rival phong --points 10", "Ten that tell two models apart"),
 )
 
 
@@ -67,7 +67,12 @@ def command(
     solution: Annotated[
         Path | None, Option("the file solution.nc of a fit to the scan, in place of --model", panel=Panel.MODEL)
     ] = None,
-    out: Annotated[Path | None, Option("write the directions to this CSV file", panel=Panel.OUTPUT)] = None,
+    out: Annotated[
+        Path | None,
+        Option(
+            "write the directions as .csv, or as a .toml that gonio measure takes", metavar="FILE", panel=Panel.OUTPUT
+        ),
+    ] = None,
 ) -> None:
     """Say where to measure next.
 
@@ -78,8 +83,8 @@ def command(
     from gonio.design import Cost, Noise, next_readings
     from gonio.design.tell_apart import tell_apart
 
-    if out is not None and out.suffix.lower() != ".csv":
-        raise ValueError(f"{out}: directions are written as .csv: name the file so")
+    if out is not None and out.suffix.lower() not in (".csv", ".toml"):
+        raise ValueError(f"{out}: directions are written as .csv, a plan for gonio measure as .toml: name the file so")
     if plan.rival and (plan.want or plan.cost):
         raise ValueError("--rival tells models apart: leave out --want and --cost, which are about values")
     noise = Noise.parsed(plan.noise) if plan.noise else None
@@ -96,7 +101,7 @@ def command(
             found = next_readings(fitted, directions, plan.points, want, noise=noise, cost=cost, repeats=plan.repeats)
             chosen, record, lines = found.directions, planned.record(found), planned.lines(found, fitted, scan.name)
     if out is not None:
-        planned.write(chosen, out, output.force)
+        planned.write(chosen, out, output.force, nearest)
     output.show(record, [*lines, *planned.blocked_lines(nearest)])
     if out is not None and output.json != "-":
         show(f"wrote {out}")

@@ -10,13 +10,12 @@ import typer
 
 from gonio import read
 from gonio.acquisition import readings
-from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions, refuse_unused
 from gonio.app.output import show
 from gonio.app.views.measuring import verified as view
 from gonio.options import Option, Panel
-from gonio.plotting.page import Page, drawn_on
+from gonio.plotting.page import Page, drawn_on, target_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,7 +90,7 @@ def command(
     from the normal. The set-up passes where delta is below half the expanded uncertainty.
     """
     refuse_unused(page, out)
-    target, suffixes = arguments.figure_target(out, page.suffixes)
+    target, suffixes = target_of(out, page.suffixes)
     if sum(map(bool, (known.material, known.certified, known.reflectance))) != 1:
         raise ValueError(
             "say what is known: --material of a mirror, --certified curve of a standard, or its --reflectance"

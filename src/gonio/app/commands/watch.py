@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gonio.acquisition import read_journal, readings
-from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import Force
 from gonio.app.output import show
 from gonio.options import Option, Panel
-from gonio.plotting.page import Page, drawn_on
+from gonio.plotting.page import Page, drawn_on, target_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +56,7 @@ def _draw_once(journal: Path, once: str, page: Page, force: bool) -> None:
     from gonio.plotting.measuring import readings_figure
     from gonio.plotting.style import save
 
-    target, suffixes = arguments.figure_target(once, page.suffixes)
+    target, suffixes = target_of(once, page.suffixes)
     content = read_journal(journal)
     raw = readings(content)
     with drawn_on(page):

@@ -30,11 +30,21 @@ def rows(directions: "xr.Dataset") -> list[tuple[int, float, float, float]]:
     return [(k, *one) for k, one in enumerate(zip(*angles, strict=True), start=1)]
 
 
-def write(directions: "xr.Dataset", path: Path, force: bool) -> None:
-    """The directions as CSV; theta_r from 0 to 90 with phi = 180 on the forward side.
+def write(directions: "xr.Dataset", path: Path, force: bool, nearest: float) -> None:
+    """The directions as CSV, theta_r from 0 to 90 with phi = 180 on the forward side; or as a plan, by the suffix.
 
-    FileExistsError where the file exists, without `force`.
+    nearest: the angle to the source [deg] within which the arm stands in the beam. FileExistsError where the file
+    exists, without `force`.
     """
+    if path.suffix.lower() == ".toml":
+        from gonio.acquisition.layout import Layout, planned
+
+        in_plane = bool(is_in_plane(directions).all())
+        theta_r = signed_theta_r(directions) if in_plane else directions["theta_r"].values
+        phi = [None] * len(theta_r) if in_plane else directions["phi"].values.tolist()
+        wanted = zip(directions["theta_i"].values.tolist(), np.asarray(theta_r).tolist(), phi, strict=True)
+        planned(wanted, Layout(blocked=nearest)).write(path, force)
+        return
     lines = [",".join(COLUMNS), *(",".join(f"{value:g}" for value in row) for row in rows(directions))]
     with replacing(path, force) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

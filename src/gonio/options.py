@@ -30,6 +30,7 @@ class Panel(StrEnum):
     SOLVER = "Solver"
     RANKING = "Ranking"
     RESAMPLING = "Resampling"
+    READINGS = "Raw readings"
     REDUCTION = "Reduction"
     FIGURE = "Figure"
     CLUSTER = "Cluster"

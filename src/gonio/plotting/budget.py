@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS, COLUMNS = 6, 3
-DECADES = 4  # of the axis: smaller parts say nothing beside the largest
+DECADES = 3  # of the axis: smaller parts say nothing beside the largest
 
 
 def budget_figure(found: Budget, *, title: str = "") -> "Figure":

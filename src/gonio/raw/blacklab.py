@@ -93,10 +93,10 @@ def _tail(path: Path, rest: list[tuple[int, str]]) -> tuple[list[tuple[int, floa
     filled = [(number, line) for number, line in rest if line.strip()]
     try:
         samples = float(filled[0][1].split()[-1])
-        darks = [(n, *map(float, m.groups())) for n, line in filled[1:] if (m := _DARK.fullmatch(line))]
+        darks = [(n, float(m[1]), float(m[2])) for n, line in filled[1:] if (m := _DARK.fullmatch(line))]
     except (IndexError, ValueError):
         samples, darks = 0.0, []
     if not (samples >= 1 and darks):
         where = f"line {filled[0][0]}" if filled else ""
         raise FormatError(path, "has no number of samples and no darks after its rows: it was cut off", where)
-    return [(number, value, sd) for number, value, sd in darks], samples
+    return darks, samples

@@ -242,13 +242,13 @@ _ONE_FACTOR = "one factor"
 CAUSES: Mapping[str, Cause] = {
     cause.name: cause
     for cause in (
-        Cause("dark", "each dark", "A", "normal", "signal", "grows where the signal is small", _dark),
+        Cause("dark", "each dark", "A", "normal", "signal", "as 1/signal", _dark),
         Cause("incident", "reading of the incident beam", "A", "normal", "signal", _ONE_FACTOR, _reference(Absolute)),
         Cause(
             "standard-reading", "reading of the standard", "A", "normal", "signal", _ONE_FACTOR, _reference(Relative)
         ),
         Cause("standard", "certificate of the standard", "B", "normal", "1", _ONE_FACTOR, _standard),
-        Cause("filter", "transmittance of a filter", "B", "normal", "1", "one factor for each filter", _filter),
+        Cause("filter", "transmittance of a filter", "B", "normal", "1", "one factor a filter", _filter),
         Cause(
             "aperture", "radius of the aperture", "B", "normal", "as the radius", _ONE_FACTOR,
             _of_absolute("aperture", "radius", -2.0),
@@ -263,20 +263,20 @@ CAUSES: Mapping[str, Cause] = {
         ),
         Cause("wavelength", "wavelength of the source", "B", "normal", "1", _ONE_FACTOR, _constant("wavelength")),
         Cause("scale", "any other common factor", "B", "normal", "1", _ONE_FACTOR, _constant("scale")),
-        Cause("zero", "zero of the detector's arm", "B", "normal", "deg", "odd about the normal", _zero),
-        Cause("tilt", "tilt of the sample, or zero of the table", "B", "normal", "deg", "by the slope of f", _tilt),
+        Cause("zero", "zero of the detector's arm", "B", "normal", "deg", "odd about normal", _zero),
+        Cause("tilt", "tilt of the sample, or zero of the table", "B", "normal", "deg", "by slope of f", _tilt),
         Cause(
             "nonlinearity", "slope of the detector's nonlinearity", "B", "normal", "1 per decade",
-            "by the logarithm of the signal", _nonlinearity,
+            "log of signal", _nonlinearity,
         ),
-        Cause("gain", "ratio of two ranges", "B", "normal", "1", "one factor within a range", _gain),
-        Cause("spot", "radius of the beam", "B", "normal", "as the radius", "grows to grazing", _beam("spot")),
-        Cause("view", "radius of the field of view", "B", "normal", "as the radius", "grows to grazing", _beam("view")),
+        Cause("gain", "ratio of two ranges", "B", "normal", "1", "one factor a range", _gain),
+        Cause("spot", "radius of the beam", "B", "normal", "as the radius", "to grazing", _beam("spot")),
+        Cause("view", "radius of the field of view", "B", "normal", "as the radius", "to grazing", _beam("view")),
         Cause(
-            "polarisation", "degree of polarisation of the source", "B", "normal", "1", "as f01/f00 of the sample",
+            "polarisation", "degree of polarisation of the source", "B", "normal", "1", "as f01/f00",
             _polarisation,
         ),
-        Cause("stray", "signature of the instrument", "B", "normal", "1", "about the mirror direction", _stray),
+        Cause("stray", "signature of the instrument", "B", "normal", "1", "near the mirror", _stray),
         Cause("drift", "drift that nothing corrects", "B", "rectangular", "1", "linear in time", _drift),
     )
 }  # fmt: skip
@@ -294,7 +294,7 @@ def declared(name: str) -> Cause:
     head = re.split(r"[\[ ]", name, maxsplit=1)[0]
     if head in CAUSES:
         return CAUSES[head]
-    return Cause(name, "as the file names it", "B", "normal", "1", "as the file states it", lambda c, size: {})
+    return Cause(name, "as named", "B", "normal", "1", "as stated", lambda c, size: {})
 
 
 def parts(context: Context, sizes: Mapping[str, float]) -> dict[str, Values]:

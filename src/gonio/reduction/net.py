@@ -222,7 +222,7 @@ def context(
     several = len(read.dark.lines) > 1
     plain = read.plain[rows]
     return Context(
-        net=np.where(plain == 0, 1e-12 * np.abs(plain).max(initial=1e-300), plain),
+        net=np.where(plain == 0, 1e-12 * (np.abs(plain).max() or abs(reference.signal)), plain),
         brdf=brdf[0],
         theta_i=read.theta_i,
         signed=read.signed,

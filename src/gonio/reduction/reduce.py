@@ -12,7 +12,8 @@ the scan's mask.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.causes import in_common, with_causes
-from gonio.measured.dataset import ABSOLUTE, MASK_MEANINGS, make_scan
+from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, MASK_MEANINGS, make_scan
 from gonio.reduction import flags as flagging
 from gonio.reduction.causes import parts, refuse_unknown
 from gonio.reduction.net import Corrected, Reference, compared, context, corrected
@@ -31,6 +32,7 @@ from gonio.reduction.steps.filling import Filling
 from gonio.reduction.steps.signature import TOO_MUCH
 
 Values = npt.NDArray[np.float64]
+Place = tuple[float, ...]
 AS_STATED = Reduction()  # as the attributes of the readings say
 GRAZING = 89.99  # deg, from which a cosine divides nothing
 
@@ -51,11 +53,12 @@ def reduce(raw: xr.Dataset, how: Absolute | Relative, by: Reduction = AS_STATED)
     if not len(rows):
         raise ValueError("there is no reading of a sample: mark them by kind = sample")
     _refuse_grazing(raw, rows)
-    keys = [tuple(raw[name].values[row] for name in OF_SETS) for row in range(raw.sizes["reading"])]
-    order = list(dict.fromkeys(_key(keys[row]) for row in rows.tolist()))
-    done = [_one_set(_of_set(raw, keys, key), fill, how, by) for key in order]
+    keys = [_key(key) for key in zip(*(raw[name].values.tolist() for name in OF_SETS), strict=True)]
+    order = list(dict.fromkeys(keys[row] for row in rows.tolist()))
+    ratios = _polarised(raw, how, by) if by.uncertainties.get("polarisation") else {}
+    done = [_one_set(_of_set(raw, keys, key), fill, how, by, ratios) for key in order]
     scans = [scan for scan, _ in done]
-    places = [row for key in order for row in rows.tolist() if _key(keys[row]) == key]
+    places = [row for key in order for row in rows.tolist() if keys[row] == key]
     scan = together(scans, places)
     found = [flag for _, some in done for flag in some]
     lines = list(dict.fromkeys(line for one in scans for line in one.attrs["history"].splitlines()))
@@ -75,15 +78,33 @@ def flags(scan: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _key(key: tuple[Any, ...]) -> tuple[Any, ...]:
+    """What a reading says of its set, None for what it does not say."""
     return tuple(None if k != k else k for k in key)
 
 
 def _of_set(raw: xr.Dataset, keys: list[tuple[Any, ...]], key: tuple[Any, ...]) -> xr.Dataset:
     """The readings of one set, and those that say none, which belong to all."""
-    own = [all(k in (None, "") or k == w for k, w in zip(_key(of), key, strict=True)) for of in keys]
-    sample = raw["kind"].values == "sample"
-    exact = np.array([_key(of) == key for of in keys])
-    return raw.isel(reading=np.flatnonzero(np.array(own) & (exact | ~sample)))
+    own = [all(k in (None, "") or k == w for k, w in zip(of, key, strict=True)) for of in keys]
+    exact = [of == key for of in keys]
+    return raw.isel(reading=np.flatnonzero(np.where(raw["kind"].values == "sample", exact, own)))
+
+
+def _places(scan: xr.Dataset) -> list[Place]:
+    """The direction and wavelength of each value."""
+    names = [n for n in (*DIRECTIONS, "wavelength") if n in scan.coords]
+    return list(zip(*(np.round(scan[n].values, 3).tolist() for n in names), strict=True))
+
+
+def _polarised(raw: xr.Dataset, how: Absolute | Relative, by: Reduction) -> dict[Place, float]:
+    """The ratio f01/f00 = (f_s - f_p)/(f_s + f_p) at each direction that was read in s and in p."""
+    sizes = {name: size for name, size in by.uncertainties.items() if name != "polarisation"}
+    scan = reduce(raw, how, replace(by, uncertainties=sizes))
+    states = scan["polarisation"].values.tolist() if "polarisation" in scan.coords else [""] * scan.sizes["direction"]
+    found: dict[str, dict[Place, float]] = {"s": {}, "p": {}}
+    for place_of, state, value in zip(_places(scan), states, scan["brdf"].values.tolist(), strict=True):
+        found.setdefault(state, {})[place_of] = value
+    s, p = found["s"], found["p"]
+    return {at: (s[at] - p[at]) / (s[at] + p[at]) for at in s if at in p and s[at] + p[at] != 0} or {(): np.nan}
 
 
 def _refuse_grazing(raw: xr.Dataset, rows: npt.NDArray[np.intp]) -> None:
@@ -96,7 +117,7 @@ def _refuse_grazing(raw: xr.Dataset, rows: npt.NDArray[np.intp]) -> None:
 
 
 def _one_set(
-    raw: xr.Dataset, fill: Filling, how: Absolute | Relative, by: Reduction
+    raw: xr.Dataset, fill: Filling, how: Absolute | Relative, by: Reduction, ratios: Mapping[Place, float]
 ) -> tuple[xr.Dataset, list[dict[str, Any]]]:
     """The scan of the readings of one set, and its flags."""
     read = corrected(raw, how, by)
@@ -106,12 +127,16 @@ def _one_set(
     stray = np.zeros(len(brdf))
     if by.signature is not None:
         stray = by.signature.share(read.theta_i, read.signed)
-    random = _random(read, reference, brdf)
+    random = _random(read, reference, brdf, reference.scale / weight)
     found = [*_flags(read, brdf - stray, random, stray)]
     mask = np.zeros(len(brdf), dtype=np.int8)
     for flag in found:
         mask[flag.row] = mask[flag.row] or flag.code
     of = context(read, reference, (brdf - stray, stray), fill, how, by)
+    if ratios:
+        of = replace(
+            of, polarised=np.array([ratios.get(at, np.nan) for at in _places(_scan(read, brdf, random, mask))])
+        )
     changes = parts(of, by.uncertainties)
     # A reading of zero has no relative uncertainty: its shifts are those of a reading so small that it is zero too.
     net = read.net[read.rows]
@@ -139,13 +164,9 @@ def _stray_line(by: Reduction) -> list[str]:
     return [f"subtracted the signature of the instrument times {by.signature.specular:g}/cos(theta_r)"]
 
 
-def _random(read: Corrected, reference: Reference, brdf: Values) -> Values:
-    """The random standard uncertainty (n,) of the values, NaN where nothing states one."""
-    net = read.net[read.rows]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        per_signal = np.where(net != 0, np.abs(brdf / net), np.nan)
-        own = np.nan_to_num(reference.own) * np.abs(brdf)
-    return np.hypot(read.noise[read.rows] * per_signal, own)
+def _random(read: Corrected, reference: Reference, brdf: Values, per_signal: Values) -> Values:
+    """The random standard uncertainty (n,) of the values, NaN where nothing states one. per_signal: f over signal."""
+    return np.hypot(read.noise[read.rows] * np.abs(per_signal), np.nan_to_num(reference.own) * np.abs(brdf))
 
 
 def _flags(read: Corrected, brdf: Values, random: Values, stray: Values) -> list[flagging.Flag]:

@@ -29,20 +29,22 @@ svg {{ max-width: 100%; height: auto; }}</style></head>
 def as_html(solution: Solution) -> str:
     """The report as one element of well-formed HTML."""
     parts = content(solution)
-    facts = "".join(f"<div>{_safe(fact)}</div>" for fact in parts.facts)
-    rows = "".join(_row(row, "td") for row in parts.rows)
-    table = f"<table><thead>{_row(HEADS, 'th')}</thead><tbody>{rows}</tbody></table>"
-    metrics = "".join(f"<div>{_safe(line)}</div>" for line in parts.metrics)
-    notes = "".join(f"<li>{_safe(note)}</li>" for note in parts.notes)
+    facts = "".join(f"<div>{safe(fact)}</div>" for fact in parts.facts)
+    rows = "".join(row_of_cells(row, "td") for row in parts.rows)
+    table = f"<table><thead>{row_of_cells(HEADS, 'th')}</thead><tbody>{rows}</tbody></table>"
+    metrics = "".join(f"<div>{safe(line)}</div>" for line in parts.metrics)
+    notes = "".join(f"<li>{safe(note)}</li>" for note in parts.notes)
     listed = f"<ul>{notes}</ul>" if notes else ""
-    return f"<div><div><b>{_safe(parts.title)}</b></div>{facts}{table}{metrics}{listed}</div>"
+    return f"<div><div><b>{safe(parts.title)}</b></div>{facts}{table}{metrics}{listed}</div>"
 
 
-def _row(cells: Sequence[str], tag: str) -> str:
-    return "<tr>" + "".join(f"<{tag}>{_safe(cell)}</{tag}>" for cell in cells) + "</tr>"
+def row_of_cells(cells: Sequence[str], tag: str) -> str:
+    """One row of a table, each cell in the tag `td` or `th`."""
+    return "<tr>" + "".join(f"<{tag}>{safe(cell)}</{tag}>" for cell in cells) + "</tr>"
 
 
-def _safe(text: str) -> str:
+def safe(text: str) -> str:
+    """A text as it may stand in HTML."""
     return escape(printable(text))
 
 
@@ -63,7 +65,7 @@ def write(solution: Solution, path: Path, force: bool) -> Path:
 
 
 def _page(solution: Solution) -> str:
-    title = _safe(f"{solution.model.name} fitted to {scan_name(solution)}")
+    title = safe(f"{solution.model.name} fitted to {scan_name(solution)}")
     return PAGE.format(title=title, body="\n".join([as_html(solution), *(_figure(solution, k) for k in FIGURES)]))
 
 
@@ -72,4 +74,4 @@ def _figure(solution: Solution, kind: str) -> str:
     try:
         return svg(plot(solution.scan, solution, kind))
     except ValueError as error:
-        return f"<p>No figure of {kind}: {_safe(str(error))}</p>"
+        return f"<p>No figure of {kind}: {safe(str(error))}</p>"

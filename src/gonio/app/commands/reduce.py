@@ -170,16 +170,50 @@ class ReadingOptions:
         return Signature(offset[order], flat["brdf"].values[order], self.specular)
 
 
+@dataclass(frozen=True, kw_only=True)
+class BudgetOptions(OutputOptions):
+    """What is written beside the scan."""
+
+    PANEL: ClassVar = Panel.OUTPUT
+    figure: Annotated[str, Option("draw the budget of the uncertainty", metavar="FILE")] = ""
+    report: Annotated[str, Option("write budget, figure, flags and steps as a page of HTML", metavar="FILE.html")] = ""
+
+    def refuse_unknown(self) -> None:
+        """ValueError for a suffix that nothing is written as, before anything is."""
+        if self.figure:
+            arguments.figure_target(self.figure, (".png",))
+        if self.report and Path(self.report).suffix.lower() != ".html":
+            raise ValueError(
+                f"{self.report}: a report of a reduction is written as .html; --figure writes .pdf, .png, .svg"
+            )
+
+    def write(self, scan: "xr.Dataset") -> None:
+        """The figure and the page that are asked for."""
+        written = []
+        if self.figure:
+            from gonio.plotting.budget import budget_figure
+            from gonio.plotting.style import save
+
+            target, suffixes = arguments.figure_target(self.figure, (".png",))
+            drawn = budget_figure(budget(scan), title="uncertainty budget")
+            written += save(drawn, target, suffixes, self.force)
+        if self.report:
+            from gonio.results.reduction import write_report
+
+            written.append(write_report(scan, Path(self.report), self.force))
+        for path in written if self.json != "-" else ():
+            show(f"wrote {path}")
+
+
 def command(
     scans: Scans,
     out: Annotated[Path, Option("the file to write", metavar="FILE", panel=Panel.OUTPUT)],
     options: ReductionOptions,
     readings: ReadingOptions,
-    output: OutputOptions,
+    output: BudgetOptions,
     blank: Annotated[
         Path | None, Option("subtract this scan, measured without a sample", metavar="FILE", panel=Panel.REDUCTION)
     ] = None,
-    figure: Annotated[str, Option("draw the budget of the uncertainty", metavar="FILE", panel=Panel.OUTPUT)] = "",
     to: To = "",
 ) -> None:
     """Make one BRDF with a budget of its uncertainty of raw readings, or of the raw scans of a sample.
@@ -187,7 +221,7 @@ def command(
     Readings are signals of a detector, in a table with a column signal_V, _W, _A or _counts, or in a file of an
     instrument. Scans are values that an instrument has divided by a standard already.
     """
-    target = arguments.figure_target(figure, (".png",)) if figure else None
+    output.refuse_unknown()
     raw = [path for path in scans if reader_of(path) is not None]
     if raw and len(raw) < len(scans):
         other = next(path for path in scans if path not in raw)
@@ -201,8 +235,7 @@ def command(
         reduced = _of_scans(scans, options, blank)
     done = convert(reduced, out, to, force=output.force)
     output.show(views.record(reduced, done, how), views.lines(reduced, done, how))
-    if target is not None:
-        _draw(reduced, *target, output)
+    output.write(reduced)
 
 
 def _refuse_others(default: Any, given: Any, what: str, blank: Path | None) -> None:
@@ -244,15 +277,6 @@ def _of_scans(scans: list[Path], options: ReductionOptions, blank: Path | None) 
         shadow=None if options.keep_shadow else Shadow(),
         mirror=options.mirror,
     )
-
-
-def _draw(scan: "xr.Dataset", target: Path, suffixes: tuple[str, ...], output: OutputOptions) -> None:
-    from gonio.plotting.budget import budget_figure
-    from gonio.plotting.style import save
-
-    for path in save(budget_figure(budget(scan), title="uncertainty budget"), target, suffixes, output.force):
-        if output.json != "-":
-            show(f"wrote {path}")
 
 
 def _two(text: str, flag: str, form: str) -> tuple[float, float]:

@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gonio.app.output import strong, table
 from gonio.reduction.budget import COVERAGE, MOST_CORRELATED, Budget, budget, correlation
 from gonio.reduction.reduce import flags
 from gonio.reduction.standards import Absolute
 from gonio.reduction.steps.filling import UNDER, solid_angle
 from gonio.resampling.conversion import in_words
+from gonio.results.reduction import HEADS, LEFT, NOTE, TITLE, rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +57,7 @@ def lines(scan: "xr.Dataset", done: "Conversion", how: "Absolute | Relative | No
     found = budget(scan)
     if found.rows:
         yield budget_table(found)
-        yield "combined: root of the sum of squares; expanded: k = 2 times that, about 95 %"
+        yield NOTE
     if isinstance(how, Absolute) and scan.attrs.get("fill") == UNDER:
         omega = solid_angle(how.radius.value, how.distance.value)
         first = float(scan["brdf"].values[0])
@@ -72,23 +71,11 @@ def lines(scan: "xr.Dataset", done: "Conversion", how: "Absolute | Relative | No
 
 
 def budget_table(found: Budget) -> "Table":
-    """The budget in the style of the GUM: relative standard uncertainties in per cent, over the directions in use."""
-    out = table(
-        "cause", "type", "distribution", "over angles", "u [%]", "least", "largest",
-        title="uncertainty budget, (1/f) (df/dx) u(x)", left=4,
-    )  # fmt: skip
-    for row in found.rows:
-        name = row.cause + f" ({len(row.parts)})" * (len(row.parts) > 1)
-        out.add_row(name, row.type, row.distribution, row.shape, *_percent(row.by_direction))
-    out.add_section()
-    out.add_row("combined", "", "", "", *_percent(found.combined))
-    out.add_row("expanded, k = 2", "", "", "", *_percent(found.expanded))
+    """The budget in the style of the GUM."""
+    out = table(*HEADS, title=TITLE, left=LEFT)
+    listed = rows(found)
+    for k, row in enumerate(listed):
+        if k == len(found.rows):
+            out.add_section()
+        out.add_row(*row)
     return out
-
-
-def _percent(values: np.ndarray) -> tuple[str, str, str]:
-    """Root of the mean square, least and largest size in per cent."""
-    size = 100 * np.abs(values)
-    if not len(size):
-        return "–", "–", "–"
-    return f"{np.sqrt(np.mean(size**2)):.3g}", f"{size.min():.3g}", f"{size.max():.3g}"

@@ -26,7 +26,7 @@ import xarray as xr
 from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
-from gonio.measured.causes import cause_of, gathered, spread
+from gonio.measured.causes import SYSTEMATIC, cause_of, gathered, spread
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
 from gonio.outside import as_cell, from_cell
 from gonio.tables.direct import read_stated
@@ -85,6 +85,8 @@ def _read(path: Path) -> xr.Dataset:
     try:
         columns = _columns(path, header_line, header, _further(comments))
     except FormatError as error:
+        if any(cell.lower().startswith(f"{SYSTEMATIC}[") for cell in header):  # which no other table has
+            raise
         return read_stated(path, error)
     cells, rows = _rows(path, header_line, source, columns)
     return _dataset(path, comments, columns, cells, rows)

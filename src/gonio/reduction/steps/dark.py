@@ -53,31 +53,34 @@ def darks(raw: xr.Dataset) -> Darks:
         said = "the signals are net of dark already: the darks read count as their uncertainty alone"
         return Darks(np.zeros(count), np.ones((1, count)), half, (), said)
     weights = np.zeros((len(rows), count))
-    others = np.setdiff1d(np.arange(count), rows)
-    for row in others.tolist():
-        weights[:, row] = _shares(raw, rows, row)
+    time, dwell, name = times(raw), raw["dwell"].values, raw["range"].values
+    alike = [(n, None if d != d else d) for n, d in zip(name.tolist(), dwell.tolist(), strict=True)]
+    of: dict[tuple[str, float | None], list[int]] = {}
+    for k, row in enumerate(rows.tolist()):
+        of.setdefault(alike[row], []).append(k)
+    for row in np.setdiff1d(np.arange(count), rows).tolist():
+        if alike[row] not in of:
+            what = [f"range {alike[row][0]!r}"] * bool(alike[row][0]) + [f"dwell {dwell[row]:g} s"] * bool(
+                dwell[row] == dwell[row]
+            )
+            message = f"there is no dark of {' and '.join(what) or 'no range and no dwell, as this reading has'}"
+            raise ValueError(f"{place(raw, row)}: {message}: read one, or leave out the darks to subtract none")
+        some = np.array(of[alike[row]])
+        weights[some, row] = _shares(time[rows[some]], time[row])
     lines = tuple(int(n) for n in raw[LINE].values[rows])
     said = f"subtracted the dark of {len(rows)} readings, linear in time between them"
     return Darks(weights.T @ signal[rows], weights, sizes, lines, said)
 
 
-def _shares(raw: xr.Dataset, rows: npt.NDArray[np.intp], row: int) -> Values:
-    """The share (d,) of each dark in that of one reading."""
-    dwell, name = raw["dwell"].values, raw["range"].values
-    same = (name[rows] == name[row]) & ((dwell[rows] == dwell[row]) | (np.isnan(dwell[rows]) & np.isnan(dwell[row])))
-    if not same.any():
-        of = f"range {name[row]!r}" * bool(name[row]) + f" and dwell {dwell[row]:g} s" * bool(np.isfinite(dwell[row]))
-        what = f"there is no dark of {of.removeprefix(' and ') or 'its range and dwell'}"
-        raise ValueError(f"{place(raw, row)}: {what}: read one, or leave out the darks to subtract none")
-    time, shares = times(raw), np.zeros(len(rows))
-    of_same = np.flatnonzero(same)
-    order = of_same[np.argsort(time[rows[of_same]], kind="stable")]
-    after = int(np.searchsorted(time[rows[order]], time[row]))
+def _shares(at: Values, time: float) -> Values:
+    """The share of each of some darks, read at the times `at`, in that of a reading at one time."""
+    shares, order = np.zeros(len(at)), np.argsort(at, kind="stable")
+    after = int(np.searchsorted(at[order], time))
     if after in (0, len(order)):
         shares[order[min(after, len(order) - 1)]] = 1.0
         return shares
-    first, last = time[rows[order[after - 1]]], time[rows[order[after]]]
-    shares[order[after]] = (time[row] - first) / (last - first)
+    first, last = at[order[after - 1]], at[order[after]]
+    shares[order[after]] = (time - first) / (last - first)
     shares[order[after - 1]] = 1.0 - shares[order[after]]
     return shares
 
@@ -101,7 +104,8 @@ def background(raw: xr.Dataset, net: Values) -> Background:
     value, variance = np.zeros(count), np.zeros(count)
     if not len(rows):
         return Background(value, variance, "")
-    keys = [_direction(raw, row) for row in range(count)]
+    columns = [np.round(raw[n].values, DECIMALS) + 0.0 for n in ("theta_i", "theta_r", "phi")]
+    keys = list(zip(*(column.tolist() for column in columns), strict=True))
     at: dict[tuple[float, ...], list[int]] = {}
     for row in rows.tolist():
         at.setdefault(keys[row], []).append(row)
@@ -120,7 +124,3 @@ def background(raw: xr.Dataset, net: Values) -> Background:
         variance[row] = np.sum(np.nan_to_num(scale * sizes) ** 2) / len(found) ** 2
     said = f"subtracted the background of {len(rows)} readings" + ", scaled by the monitor" * (flux is not None)
     return Background(value, np.sqrt(variance), said)
-
-
-def _direction(raw: xr.Dataset, row: int) -> tuple[float, ...]:
-    return tuple(round(float(raw[n].values[row]), DECIMALS) + 0.0 for n in ("theta_i", "theta_r", "phi"))

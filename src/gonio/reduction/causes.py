@@ -66,12 +66,17 @@ class Context:
     @cached_property
     def slope_r(self) -> Values:
         """The slope d ln f/d theta_r [1/rad] of every reading, by its neighbours; zero where these are too far away."""
-        return _slopes(self.brdf, self.signed, self.theta_i)
+        return np.nan_to_num(_slopes(self.brdf, self.signed, self.theta_i))
+
+    @property
+    def lone(self) -> int:
+        """How many readings have no neighbour by which the slope over theta_r is known."""
+        return int(np.isnan(_slopes(self.brdf, self.signed, self.theta_i)).sum())
 
     @cached_property
     def slope_i(self) -> Values:
         """The slope d ln f/d theta_i [1/rad], in the same way."""
-        return _slopes(self.brdf, self.theta_i, self.signed)
+        return np.nan_to_num(_slopes(self.brdf, self.theta_i, self.signed))
 
     def weight_change(self, size: float, of: str) -> Values:
         """The change of -ln kappa where the beam's radius, or that of the field of view, grows by `size`."""
@@ -84,8 +89,8 @@ class Context:
 
 
 def _slopes(brdf: Values, along: Values, beside: Values) -> Values:
-    """The slope of ln f [1/rad] along one angle (n,) [deg], among readings at one value of the other."""
-    out = np.zeros(len(brdf))
+    """The slope of ln f [1/rad] along one angle (n,) [deg], among readings at one value of the other; NaN if alone."""
+    out = np.full(len(brdf), np.nan)
     for value in np.unique(np.round(beside, 3)):
         rows = np.flatnonzero((np.abs(beside - value) < 1e-3) & (brdf > 0))
         rows = rows[np.argsort(along[rows], kind="stable")]
@@ -99,7 +104,7 @@ def _slopes(brdf: Values, along: Values, beside: Values) -> Values:
         left, right = np.append(np.nan, steps), np.append(steps, np.nan)
         # between two neighbours the slope of the parabola through the three; at an end that of the line
         both = (before * right + after * left) / (left + right)
-        found = np.where(np.isfinite(both), both, np.where(np.isfinite(before), before, np.nan_to_num(after)))
+        found = np.where(np.isfinite(both), both, np.where(np.isfinite(before), before, after))
         for row, slope in zip(rows.tolist(), found.tolist(), strict=True):
             out[np.abs(along - along[row]) + np.abs(beside - beside[row]) < 1e-3] = slope
     return out

@@ -23,7 +23,7 @@ import xarray as xr
 from gonio.measured.causes import in_common, with_causes
 from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, MASK_MEANINGS, make_scan
 from gonio.reduction import flags as flagging
-from gonio.reduction.causes import parts, refuse_unknown
+from gonio.reduction.causes import NEIGHBOURS, parts, refuse_unknown
 from gonio.reduction.net import Corrected, Reference, compared, context, corrected
 from gonio.reduction.readings import LINE, OF_SETS, checked, of_kind, place
 from gonio.reduction.settings import Reduction
@@ -146,7 +146,7 @@ def _one_set(
     where = [{n: float(scan[n].values[flag.row]) for n in ("theta_i", "theta_r", "phi")} for flag in found]
     line = raw[LINE].values[read.rows]
     records = [flagging.record(flag, int(line[flag.row]), at) for flag, at in zip(found, where, strict=True)]
-    history = [*read.lines, *reference.lines, *_filled(fill), *_stray_line(by)]
+    history = [*read.lines, *reference.lines, *_filled(fill), *_stray_line(by), *_alone(by, of.lone)]
     return scan.assign_attrs(history="\n".join(history)), records
 
 
@@ -156,6 +156,12 @@ def _filled(fill: Filling) -> list[str]:
         "over": "a part of a wide beam is seen: divided by cos(theta_i)",
     }
     return [seen.get(fill.kind, f"a Gaussian beam and a field of view, {fill}: divided by kappa cos(theta_r)")]
+
+
+def _alone(by: Reduction, count: int) -> list[str]:
+    if not count or not {"zero", "tilt"} & set(by.uncertainties):
+        return []
+    return [f"{count} readings have no neighbour within {NEIGHBOURS:g} deg: zero and tilt move their cosine alone"]
 
 
 def _stray_line(by: Reduction) -> list[str]:

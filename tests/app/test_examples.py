@@ -61,11 +61,9 @@ def files(tmp_path_factory):
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
     directions = [(i, r) for i in (20, 40) for r in range(-60, 61, 10)]
     signals = [f"sample,{i},{r},{0.002 + 0.02 * math.cos(math.radians(r)):.6f},2e-5" for i, r in directions]
-    standard = ["dark,,,0.002,1e-5", "standard,0,45,0.0702,2e-5"]
-    (folder / "readings.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *standard, *signals]))
-    (folder / "net.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *signals]))
-    beam = ["dark,,,0.002,1e-5", "incident,,,0.3,2e-5", *signals]
-    (folder / "beam.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *beam]))
+    others = ["dark,,,0.002,1e-5", "standard,0,45,0.0702,2e-5", "incident,,,0.3,2e-5"]
+    (folder / "run.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *others, *signals]))
+    (folder / "panel.csv").write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n0,45,0.315")
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
     return folder
 

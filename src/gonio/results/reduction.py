@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.files import replacing
-from gonio.plotting.budget import budget_figure
+from gonio.plotting.budget.figure import budget_figure
 from gonio.plotting.style import svg
 from gonio.reduction.budget import Budget, budget
 from gonio.reduction.reduce import flags

@@ -34,17 +34,16 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     Example(
-        "gonio reduce readings.csv --fill under --standard 0.991+-0.003:factor@0,45 --out scan.csv",
-        "Readings of a spot that the detector sees whole, against a standard certified at 0/45",
+        "gonio reduce run.csv --fill under --standard 0.99:factor@0,45 --out scan.csv",
+        "Readings of a spot that is seen whole, against a standard certified at 0/45",
     ),
     Example(
-        "gonio reduce net.csv --fill over --standard 1.02:factor@0,45 --standard-signal 2.4+-0.001 --out scan.csv",
-        "A wide beam of which a part is seen; the standard's reading is stated",
+        "gonio reduce run.csv --fill beam:2,3 --standard panel.csv --out scan.csv",
+        "A part of a wide beam is seen, and the standard's BRDF is in a file",
     ),
     Example(
-        "gonio reduce beam.csv --fill under --absolute radius=4.75+-0.005,distance=500+-0.5,tau=1e-3+-1e-5 "
-        "--uncertainty zero=0.05 --json budget.json --figure budget.png --out scan.nc",
-        "Against the incident beam, with the budget of the uncertainty as JSON and as a figure",
+        "gonio reduce run.csv --fill under --absolute radius=5,distance=99 --out o.nc",
+        "Against the incident beam, by the aperture of the detector",
     ),
     Example("gonio reduce one.csv two.csv --out scan.csv", "Average repeats, with the uncertainty of their mean"),
     Example("gonio reduce one.csv --blank blank.csv --out scan.nc", "Subtract what is measured without a sample"),
@@ -88,7 +87,7 @@ class ReadingOptions:
         str, Option(f"compare with a standard: {FORM}; or the file of its BRDF", metavar="VALUE:factor@I,R|FILE")
     ] = ""
     standard_signal: Annotated[
-        str, Option("the standard's signal without dark, where the file holds no reading of it", metavar="V[+-U]")
+        str, Option("the standard's signal without dark, where the file holds no reading of it", metavar="VALUE+-U")
     ] = ""
     absolute: Annotated[
         str,
@@ -102,10 +101,10 @@ class ReadingOptions:
         Mapping[str, float],
         Option(f"standard uncertainty by cause: {', '.join(CAUSES)}", metavar="CAUSE=VALUE"),
     ] = field(default_factory=dict)
-    gain: Annotated[Mapping[str, str], Option("the ratio of a range to the others", metavar="RANGE=VALUE[+-U]")] = (
-        field(default_factory=dict)
+    gain: Annotated[Mapping[str, str], Option("the ratio of a range to the others", metavar="RANGE=VALUE+-U")] = field(
+        default_factory=dict
     )
-    filter: Annotated[Mapping[str, str], Option("the transmittance of a filter", metavar="NAME=VALUE[+-U]")] = field(
+    filter: Annotated[Mapping[str, str], Option("the transmittance of a filter", metavar="NAME=VALUE+-U")] = field(
         default_factory=dict
     )
     nonlinearity: Annotated[str, Option("divide signals by 1 + A log10(V/V0)", metavar="A,V0")] = ""
@@ -191,7 +190,7 @@ class BudgetOptions(OutputOptions):
         """The figure and the page that are asked for."""
         written = []
         if self.figure:
-            from gonio.plotting.budget import budget_figure
+            from gonio.plotting.budget.figure import budget_figure
             from gonio.plotting.style import save
 
             target, suffixes = arguments.figure_target(self.figure, (".png",))
@@ -216,7 +215,7 @@ def command(
     ] = None,
     to: To = "",
 ) -> None:
-    """Make one BRDF with a budget of its uncertainty of raw readings, or of the raw scans of a sample.
+    """Make one BRDF of raw readings, or of the raw scans of a sample.
 
     Readings are signals of a detector, in a table with a column signal_V, _W, _A or _counts, or in a file of an
     instrument. Scans are values that an instrument has divided by a standard already.

@@ -30,11 +30,10 @@ from gonio.fitting.search.anneal import Anneal
 from gonio.fitting.search.projection import FOR_MANY, Projection
 from gonio.fitting.search.solver import Progress, silent
 from gonio.measured.causes import SYSTEMATIC, TOTAL
-from gonio.measured.stack import NODE, StackLanes, lane_dims, one_scan
+from gonio.measured.stack import NODE, NOT_COUNTED, StackLanes, lane_dims, one_scan
 
 Values = npt.NDArray[Any]
 PRECISIONS = ("float64", "float32")
-NOT_IN = "is in no uncertainty of these fits: fit a lane alone, which counts it by cause"
 SEARCHING = 0.95  # of the progress: the rest is for the lanes that are slowest
 
 
@@ -89,9 +88,9 @@ def fit_many(
         with jax.enable_x64(precision == "float64"), jax.default_device(_device(device)):
             results = _searched(problem, lanes, search, progress)
     if lost := [name for name in (SYSTEMATIC, TOTAL) if name in stack]:
-        logging.getLogger(__name__).warning("%s of the stack %s", lost[0], NOT_IN)
+        logging.getLogger(__name__).warning("%s of the stack %s", lost[0], NOT_COUNTED)
     return results.dataset(problem, stack, lanes).assign_attrs(
-        systematic=NOT_IN if lost else "",
+        systematic=NOT_COUNTED if lost else "",
         solver=f"{solver.name}, batched",
         settings=repr(solver),
         precision=precision,

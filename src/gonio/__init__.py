@@ -45,7 +45,7 @@ _BELOW = {
     "mask": "gonio.measured.masking",
     "metrics": "gonio.comparison",
     "profile": "gonio.fitting.certainty.profile",
-    "reduce": "gonio.measured.reduction",
+    "reduce": "gonio.reduction",
     "solution_of": "gonio.fitting",
     "stack": "gonio.stacking",
     "validate": "gonio.comparison",

@@ -32,6 +32,7 @@ class Panel(StrEnum):
     RANKING = "Ranking"
     PLAN = "Plan"
     RESAMPLING = "Resampling"
+    READINGS = "Raw readings"
     REDUCTION = "Reduction"
     FIGURE = "Figure"
     CLUSTER = "Cluster"

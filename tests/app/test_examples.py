@@ -1,5 +1,6 @@
 """Every example of every `--help` runs as it stands, in a folder with small files of the names that it uses."""
 
+import math
 import shlex
 import shutil
 from pathlib import Path
@@ -74,6 +75,11 @@ def files(tmp_path_factory):
     rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
     measuring(folder)
+    directions = [(i, r) for i in (20, 40) for r in range(-60, 61, 10)]
+    signals = [f"sample,{i},{r},{0.002 + 0.02 * math.cos(math.radians(r)):.6f},2e-5" for i, r in directions]
+    others = ["dark,,,0.002,1e-5", "standard,0,45,0.0702,2e-5", "incident,,,0.3,2e-5"]
+    (folder / "run.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *others, *signals]))
+    (folder / "panel.csv").write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n0,45,0.315")
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
     return folder
 

@@ -9,10 +9,10 @@ from gonio import Problem, catalogue, check, compare, convert, fit, read, read_t
 from gonio.app.views.file import describe
 from gonio.files import FormatError
 from gonio.formats.radiance.klems import FULL
-from gonio.measured.reduction import reduce
 from gonio.plausibility import of_scan
 from gonio.plotting.hemisphere import hemisphere
 from gonio.plotting.style import save
+from gonio.reduction.sheets import reduce
 from gonio.resampling.conversion import in_words
 from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling, resample

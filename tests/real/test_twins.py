@@ -15,7 +15,7 @@ from scipy.spatial import Delaunay
 from gonio import read
 from gonio.formats.zemax import FORMAT
 from gonio.measured.dataset import HORIZON, flatten, signed_theta_r
-from gonio.measured.reduction import reduce
+from gonio.reduction.sheets import reduce
 from places import SHARED as DATA
 
 pytestmark = pytest.mark.skipif(not (DATA / "files").is_dir(), reason=f"no measured files at {DATA}")

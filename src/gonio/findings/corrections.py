@@ -13,12 +13,13 @@ import xarray as xr
 
 from gonio.findings.angles import in_radians
 from gonio.measured import dataset
+from gonio.measured.causes import SYSTEMATIC
 from gonio.measured.dataset import add_history, flatten
 from gonio.measured.masking import mask
 from gonio.measured.sound import UNCERTAINTIES
 from gonio.options import Option, Panel
 
-OF_VALUES = ("brdf", *UNCERTAINTIES, "mueller")  # the variables that scale with the BRDF
+OF_VALUES = ("brdf", *UNCERTAINTIES, SYSTEMATIC, "mueller")  # the variables that scale with the BRDF
 DUST = 9  # decimals of a degree, beyond which a shift leaves the digits of its arithmetic
 
 

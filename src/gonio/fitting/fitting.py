@@ -9,7 +9,7 @@ to which a problem with smooth parameters adds a penalty (`objective.smooth`). `
     1. the strengths and scales of smooth parameters that the problem leaves open (`search.strength`),
     2. the search for the least E by the solver, variable projection unless another is given (`search.projection`),
     3. for a robust loss, the same with points weighted anew until the weights settle (`search.reweighting`),
-    4. the covariance and the systematic shift of the values at the minimum (`certainty.covariance`),
+    4. the covariance and the systematic shifts of the values at the minimum (`certainty.covariance`),
     5. the status, and the Dataset of it all (`schema`).
 
 Nothing is searched or estimated in this file itself. Fits of many scans at once are in `many`.
@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gonio.fitting.certainty.covariance import covariance as covariance_of
-from gonio.fitting.certainty.covariance import estimator, systematic_shift
+from gonio.fitting.certainty.covariance import estimator, systematic_shifts
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.cells.memory import refuse_too_large
 from gonio.fitting.objective.problem import Problem
@@ -36,6 +36,7 @@ from gonio.fitting.search.solver import Optimum, Progress, Solver, silent
 from gonio.fitting.search.strength import effective_values, resolved
 from gonio.fitting.solution import Solution
 from gonio.fitting.status import Status
+from gonio.measured.causes import CAUSE
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -70,12 +71,13 @@ def fit(
     spread = covariance_of(settled.problem, optimum.vector, covariance, settled.slope)
     pinned = _at_bound(optimum.vector, problem.lower) | _at_bound(optimum.vector, problem.upper)
     parameters = Parameters.of(problem)
+    shifts = systematic_shifts(settled.problem, optimum.vector, pinned)
     columns = {
         "value": parameters.values(optimum.vector),
         "at_bound": parameters.spread(pinned, False),
         "held": ~parameters.free,
         "covariance": parameters.spread(spread, np.nan, axes=2),
-        "systematic_shift": parameters.spread(systematic_shift(settled.problem, optimum.vector, pinned), np.nan),
+        "shift_by_cause": parameters.spread(np.array([*shifts.values()]), np.nan),
         "history": optimum.history if optimum.history.ndim == 2 else optimum.history[:, None],  # (steps, chains)
     }
     effective = effective_values(problem, optimum.vector)
@@ -91,7 +93,7 @@ def fit(
             "covariance": covariance,
         }
     )
-    return _logged(Solution(assembled(parameters.coords, columns, attributes), problem.model))
+    return _logged(Solution(assembled({**parameters.coords, CAUSE: list(shifts)}, columns, attributes), problem.model))
 
 
 def _logged(solution: Solution) -> Solution:

@@ -25,12 +25,13 @@ import xarray as xr
 from gonio.door.netcdf import CONTENT
 from gonio.fitting.objective.problem import Problem
 from gonio.measured import dataset
+from gonio.measured.causes import CAUSE, WHOLE, total
 from gonio.measured.instrument import IDEAL
 
 Values = npt.NDArray[Any]
 
 SOLUTION = "gonio solution"  # the value of the attribute `content`, by which a file is known to hold a solution
-PARAMETER, PAIR = ("parameter",), ("parameter", "parameter_b")
+PARAMETER, PAIR, BY_CAUSE = ("parameter",), ("parameter", "parameter_b"), (CAUSE, "parameter")
 SCAN = "scan_"  # begins the names of what is known of the points that were fitted
 MOST_KEPT = 2**17  # points that a solution holds: some megabytes; a ranking of the whole catalogue holds them 49 times
 PROBLEM = "problem"  # beside the attributes: the problem itself, from which `assembled` takes bounds and points
@@ -53,9 +54,10 @@ VARIABLES: Mapping[str, Variable] = {
     "value": Variable(PARAMETER, "f", "the value, NaN where a lane had no point that depends on it"),
     "uncertainty": Variable(PARAMETER, "f", "standard; NaN for held values, infinite for values not determined"),
     "uncertainty_systematic": Variable(
-        PARAMETER, "f", "size of the shift by the scan's systematic uncertainty, NaN where the scan states none"
+        PARAMETER, "f", "root of the sum of squares of the shifts by all causes, NaN where the scan states none"
     ),
-    "systematic_shift": Variable(PARAMETER, "f", "the same with its sign, because all values shift together"),
+    "systematic_shift": Variable(PARAMETER, "f", "the same with its sign where there is one cause; NaN for several"),
+    "shift_by_cause": Variable(BY_CAUSE, "f", "shift by each cause, with its sign: all values shift together"),
     "at_bound": Variable(PARAMETER, "b", "whether the value is at its bound"),
     "held": Variable(PARAMETER, "b", "whether the value was given and not fitted"),
     "lower": Variable(PARAMETER, "f", "the least value that the fit allowed", optional=True),
@@ -76,7 +78,7 @@ COORDINATES: Mapping[str, Variable] = {
     "by": Variable(PARAMETER, "U", "the coordinates that group it, separated by commas; empty without groups"),
     "group": Variable(PARAMETER, "U", "the label of the value's group"),
     "unit": Variable(PARAMETER, "U", "the unit of the value"),
-}
+}  # Beside these, the names of the causes of systematic uncertainty along CAUSE: one, WHOLE, where the scan names none.
 
 # Every attribute with its type and its default; None for those that have no default and must be given.
 ATTRIBUTES: Mapping[str, tuple[type, Any]] = {
@@ -222,10 +224,10 @@ def assembled(
 ) -> xr.Dataset:
     """The Dataset of a Solution with n values, complete: what is not given gets its default.
 
-    coords: those of COORDINATES, as `Parameters.coords` has them.
-    columns: value, at_bound, held (n,); history (steps, chains); covariance (n, n) and systematic_shift (n,), which may
-    be absent and are NaN then. The uncertainties are made from these two: a standard uncertainty is the square root of
-    a variance, on the diagonal of the covariance.
+    coords: those of COORDINATES, as `Parameters.coords` has them, and CAUSE where there is a shift_by_cause.
+    columns: value, at_bound, held (n,); history (steps, chains); covariance (n, n) and shift_by_cause (causes, n),
+    which may be absent and are NaN then. The uncertainties are made from these two: a standard uncertainty is the
+    square root of a variance, on the diagonal of the covariance.
     attributes: by name; each is converted to its type in ATTRIBUTES. PROBLEM among them brings `columns_of` it.
     Raises KeyError for a variable or an attribute that is not declared, and for an attribute that has no default and is
     absent.
@@ -233,10 +235,11 @@ def assembled(
     variables = dict(columns)
     size = len(variables["value"])
     variables.setdefault("covariance", np.full((size, size), np.nan))
-    shift = variables.setdefault("systematic_shift", np.full(size, np.nan))
+    shift = variables.setdefault("shift_by_cause", np.full((1, size), np.nan))
+    variables["systematic_shift"] = shift[0] if len(shift) == 1 else np.full(size, np.nan)
     with np.errstate(invalid="ignore"):
         variables.setdefault("uncertainty", np.sqrt(np.diag(variables["covariance"])))
-    variables["uncertainty_systematic"] = np.abs(shift)
+    variables["uncertainty_systematic"] = total(shift)
     if unknown := variables.keys() - VARIABLES.keys() | attributes.keys() - {*ATTRIBUTES, PROBLEM}:
         raise KeyError(f"a solution has no {', '.join(sorted(unknown))}")
     attrs: dict[str, Any] = {CONTENT: SOLUTION}
@@ -245,11 +248,12 @@ def assembled(
         if value is None:
             raise KeyError(f"a solution needs the attribute {name}")
         attrs[name] = kind(value)
+    named = {CAUSE: [WHOLE], **coords}
     kept = columns_of(attributes[PROBLEM]) if PROBLEM in attributes else {}
     variables |= {name: kept.pop(name) for name in ("lower", "upper") if name in kept}
     return xr.Dataset(
         {name: (VARIABLES[name].dims, variables[name]) for name in VARIABLES if name in variables}
         | {name: (("direction",), column) for name, column in kept.items()},
-        coords={name: (COORDINATES[name].dims, values) for name, values in coords.items()},
+        coords={name: ((CAUSE,) if name == CAUSE else COORDINATES[name].dims, v) for name, v in named.items()},
         attrs=attrs,
     )

@@ -28,6 +28,7 @@ from gonio.fitting.readable import Readable
 from gonio.fitting.schema import SCAN, points_columns
 from gonio.fitting.status import Status
 from gonio.measured import dataset as scans
+from gonio.measured.causes import WHOLE
 from gonio.measured.dataset import geometry
 from gonio.measured.instrument import Acceptance, Instrument
 from gonio.model import Model
@@ -138,17 +139,45 @@ class Solution(Readable):
         return float(stdtrit(max(self.dataset.attrs["points"] - self.effective_values, 1), 0.5 + level / 2))
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence interval (low, high) of every free value, symmetric about it, for random errors alone.
+        """Confidence interval (low, high) of every free value, symmetric about it.
 
-        By the kind of covariance of the fit. Infinite for a value that is not determined; held values have no interval.
+        Of random errors by the kind of covariance of the fit, and of every cause of systematic uncertainty that the
+        scan states (`half_widths`). Infinite for a value that is not determined; held values have no interval.
         It takes the model as linear over its width and ignores bounds; `certainty.profile` does not.
         """
-        width, spreads = self.coverage_factor(level), self.uncertainties
+        halves = self.half_widths(level).tolist()
         return {
-            name: (value - width * spreads[name], value + width * spreads[name])
-            for name, value in self.values.items()
-            if not math.isnan(spreads[name])
+            name: (value - half, value + half)
+            for (name, value), half in zip(self.values.items(), halves, strict=True)
+            if not math.isnan(self.uncertainties[name])
         }
+
+    def half_widths(self, level: float = 0.95) -> Values:
+        """Half the width (n,) of the confidence interval of every value; NaN for held values.
+
+        The root of the squares of two parts: the random standard uncertainty times `coverage_factor`, and the
+        systematic one times the quantile of the normal distribution. Without a systematic one the first alone.
+        """
+        stored = self.dataset
+        return self.expanded(stored["uncertainty"].values, stored["uncertainty_systematic"].values, level)
+
+    def expanded(self, random: Values, systematic: Values, level: float = 0.95) -> Values:
+        """The same for any numbers that follow from the values, by their two standard uncertainties (m,)."""
+        second = np.where(np.isnan(systematic), 0.0, ndtri(0.5 + level / 2) * systematic)
+        return np.hypot(self.coverage_factor(level) * random, second)
+
+    @property
+    def total_covariance(self) -> Values:
+        """The covariance (n, n) of all values by random errors and every cause: C + sum_c p_c p_c'; NaN as C is."""
+        shifts = self.dataset["shift_by_cause"].values
+        known = np.nan_to_num(shifts, nan=0.0)
+        return np.asarray(self.dataset["covariance"].values + known.T @ known)
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The causes of systematic uncertainty that the scan names; empty where it names none."""
+        names = tuple(map(str, self.dataset["cause"].values.tolist()))
+        return () if names == (WHOLE,) else names
 
     def as_fitted(self, problem: Problem) -> Problem:
         """The problem that was fitted, with the strengths and scales of smooth parameters that the fit found.
@@ -225,7 +254,8 @@ class Solution(Readable):
         """Values, uncertainties and units as plain data, by parameter.
 
         A grouped parameter has the names of its coordinates under `by` and a record for each group under `values`.
-        `uncertainty_systematic` is there if the scan stated it, `held` for held parameters, and `at_bound` for values
+        `uncertainty_systematic` is there if the scan stated it, `systematic` with the signed shift by each cause where
+        the scan names causes, `held` for held parameters, and `at_bound` for values
         that lie on a bound of the fit, of which the uncertainty says nothing.
         """
         out: dict[str, dict[str, Any]] = {}
@@ -237,6 +267,9 @@ class Solution(Readable):
                 dict(zip(columns, row, strict=True)) | ({"at_bound": True} if at else {})
                 for row, at in zip(rows, pinned, strict=True)
             ]
+            if self.causes and self.has_systematic:
+                for pair, shifts in zip(pairs, part["shift_by_cause"].values.T.tolist(), strict=True):
+                    pair["systematic"] = dict(zip(self.causes, shifts, strict=True))
             unit, by = str(part["unit"].values[0]), str(part["by"].values[0])
             if by:
                 groups = part["group"].values.tolist()

@@ -25,6 +25,7 @@ from gonio.fitting.objective.smooth import Smooth
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.schema import ATTRIBUTES, COORDINATES, OF_POINTS, SCAN, SOLUTION, VARIABLES, Variable
 from gonio.fitting.status import Status
+from gonio.measured.causes import CAUSE
 from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
@@ -94,7 +95,8 @@ class _Stored:
             raise self.refuse("holds no solution of a fit: its attribute content does not say so")
         attrs = {netcdf.CONTENT: SOLUTION} | {name: self._attribute(name) for name in ATTRIBUTES}
         columns = {n: self._variable(n, v) for n, v in VARIABLES.items() if n in self.stored or not v.optional}
-        coords = {name: self._variable(name, variable) for name, variable in COORDINATES.items()}
+        named = {**COORDINATES, CAUSE: Variable((CAUSE,), "U", "the causes of systematic uncertainty")}
+        coords = {name: self._variable(name, variable) for name, variable in named.items()}
         fitted_model = self._model(str(attrs["model"]), model)
         self._refuse_strange_attributes(attrs)
         dataset = xr.Dataset(columns | self._points(attrs["points"]), coords=coords, attrs=attrs)

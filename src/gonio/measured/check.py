@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
+from gonio.measured.causes import SYSTEMATIC, fault
 from gonio.measured.dataset import (
     ABSOLUTE,
     ANGLES,
@@ -160,6 +161,9 @@ def _values(scan: xr.Dataset) -> list[Finding]:
 
 def _uncertainties(scan: xr.Dataset) -> list[Finding]:
     used, found = in_use(scan), []
+    if wrong := fault(scan):
+        remedy = "make both anew by gonio.measured.causes.with_causes"
+        found.append(Finding(Severity.ERROR, f"{SYSTEMATIC} by cause {wrong}", remedy, name="causes"))
     for name in (n for n in UNCERTAINTIES if n in scan):
         values, what = scan[name].values, name.replace("uncertainty_systematic", "systematic uncertainty")
         of_no_square = (values > 0) & np.isfinite(values) & ~is_stated(values)

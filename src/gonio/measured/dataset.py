@@ -1,7 +1,8 @@
 """The one kind of thing that travels: an xarray Dataset of a BRDF over directions.
 
 Variables: `brdf` [sr-1, or a.u. for relative data]; optional `uncertainty` (standard, k = 1) and
-`uncertainty_systematic` in the same unit; optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90)
+`uncertainty_systematic` in the same unit, with `systematic` (cause, direction) where its causes are known (causes.py);
+optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90)
 and `phi` [degree]; `phi_i` [degree] where the surface was turned; and those of SETS where there are several sets:
 `wavelength` [nm], `channel`, `scan`, `mode` (reflection or transmission), `side` (front or back: the one that the light
 comes to) and `polarisation`. Light that went through has theta_r from the normal of the far side.
@@ -18,6 +19,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.geometry import Geometry
+from gonio.measured.causes import CAUSE, SYSTEMATIC, TOTAL, gathered, in_common, spread
 from gonio.measured.distinct import distinct
 from gonio.units import CF_STRINGS
 
@@ -26,7 +28,16 @@ SPECTRAL = ("wavelength", "channel")
 DIRECTIONS = (*ANGLES, "phi_i")  # phi_i is there where the surface was turned
 MODES = ("reflection", "transmission")
 SETS = ("scan", "mode", "side", "polarisation", *SPECTRAL)  # coordinates that tell one set of directions from the next
-MASK_MEANINGS = ("in_use", "blocked", "below_floor", "excluded")
+MASK_MEANINGS = (
+    "in_use",
+    "blocked",
+    "below_floor",
+    "excluded",
+    "saturated",
+    "shaded",
+    "drifted",
+    "instrument",
+)
 HORIZON = 90.0 + 1e-9  # deg; a direction at 90 is of the hemisphere, also where rounding moved it
 # Attribute: the dimensions of a format's own that run over the directions of one scan, such as the patches of a matrix.
 AXES = "axes_of_directions"
@@ -115,8 +126,12 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
     below = (scan["theta_i"] > HORIZON) | (scan["theta_r"] > HORIZON)
     full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide).values for n in names}
     kept = ~(np.isnan(full["brdf"]) & below.broadcast_like(scan["brdf"]).transpose(*wide).values)
-    columns = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
-    coords = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
+    columns: dict[str, Any] = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
+    coords: dict[str, Any] = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
+    if SYSTEMATIC in scan and {str(d) for d in scan[SYSTEMATIC].dims} <= {*map(str, wide), CAUSE}:
+        by_cause = scan[SYSTEMATIC].broadcast_like(scan["brdf"]).transpose(CAUSE, *wide)
+        columns[SYSTEMATIC] = ((CAUSE, "direction"), by_cause.values[:, kept], by_cause.attrs)
+        coords |= {CAUSE: scan[CAUSE]} if CAUSE in scan.coords else {}
     attrs = {name: value for name, value in scan.attrs.items() if name not in (PARAMETERISATION, AXES)}
     return xr.Dataset(columns, coords=coords, attrs=attrs)
 
@@ -219,6 +234,8 @@ def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
     if len(units) > 1:
         raise ValueError(f"scans in {' and '.join(sorted(units))} cannot be joined: calibrate the relative ones first")
     flats = {name: _named(scan, name) for name, scan in scans.items()}
+    silent = [name for name, flat in flats.items() if not {SYSTEMATIC, TOTAL} & set(flat.data_vars)]
+    flats = dict(zip(flats, map(spread, in_common(list(flats.values()), list(flats))), strict=True))
     for coordinate in dict.fromkeys(str(c) for flat in flats.values() for c in flat.coords):
         if lacking := [name for name, flat in flats.items() if coordinate not in flat.coords]:
             raise ValueError(f"{', '.join(lacking)} says no {coordinate}, and other scans do: add it, or leave it out")
@@ -235,7 +252,10 @@ def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
     past = [f"{name}: {line}" for name, flat in flats.items() for line in flat.attrs.get("history", "").splitlines()]
     simulated = "; ".join(dict.fromkeys(f.attrs["simulated"] for f in flats.values() if "simulated" in f.attrs))
     attrs = {"history": "\n".join(past)} | ({"simulated": simulated} if simulated else {})
-    return add_history(joined.assign_attrs(attrs), f"joined {', '.join(flats)}")
+    joined = add_history(gathered(joined).assign_attrs(attrs), f"joined {', '.join(flats)}")
+    if silent and len(silent) < len(flats):
+        joined = add_history(joined, f"took no systematic uncertainty for {', '.join(silent)}, which states none")
+    return joined
 
 
 def _named(scan: xr.Dataset, name: str) -> xr.Dataset:

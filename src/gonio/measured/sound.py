@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.measured.causes import SYSTEMATIC, fault
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE
 
 UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
@@ -67,6 +68,8 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
             if not inside.all():
                 yield name, f"holds {piece[~inside].flat[0]:g}, which is no such angle [deg]"
                 break
+    if wrong := fault(scan):
+        yield SYSTEMATIC, wrong
     if "wavelength" in scan.variables:
         wavelength = scan["wavelength"].values
         if not (np.isfinite(wavelength) & (wavelength > 0)).all():

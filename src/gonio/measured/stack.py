@@ -16,6 +16,8 @@ from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import AXES, DIRECTIONS, HORIZON, SETS
 
 NODE = "node"  # each node's place along the scan's dimensions
+# What fits of many scans say of a systematic uncertainty that their stack states.
+NOT_COUNTED = "is in no uncertainty of these fits: fit a scan alone, which counts it by cause"
 LANED = ("brdf", "uncertainty", "mask")  # what each lane may have of its own
 
 

@@ -19,7 +19,7 @@ SUFFIXES = (".html", ".md", ".txt")
 
 
 @functools.cache
-def _templates() -> Any:
+def templates() -> Any:
     """The templates of this package; what is not printable becomes an escape sequence, and all else is escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
@@ -35,7 +35,7 @@ def _templates() -> Any:
 
 def as_html(solution: Solution) -> str:
     """What `print(solution)` says as one element of well-formed HTML, for a notebook."""
-    text: str = _templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)))
+    text: str = templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)))
     return "".join(line.strip() for line in text.splitlines())
 
 
@@ -43,7 +43,7 @@ def page(case: Case) -> str:
     """The report as one page without scripts, whose data stand in it as JSON too."""
     told = sections(case)
     text: str = (
-        _templates()
+        templates()
         .get_template("page.html")
         .render(
             title=title(case),

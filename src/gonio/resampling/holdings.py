@@ -14,6 +14,7 @@ import xarray as xr
 
 from gonio.formats.format import Format, Holds
 from gonio.measured import dataset
+from gonio.measured.causes import CAUSE
 from gonio.measured.dataset import PARAMETERISATION, SETS, add_history, flatten
 
 
@@ -168,11 +169,12 @@ def without_variables(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, lis
     if is_same_format or "*" in target.holds.variables:
         return scan, []
     others = [str(n) for n in scan.data_vars if n not in ("brdf", "line", *target.holds.variables)]
-    removed = [n for n in others if set(scan[n].dims) <= set(scan["brdf"].dims)]
+    removed = [n for n in others if set(scan[n].dims) <= {*scan["brdf"].dims, CAUSE}]
     # Where the scan is resampled later, the parameterisation stays: it interpolates the scan as its format is read.
     if PARAMETERISATION in scan.attrs and target.layout is None:
         scan = flatten(scan)
-    return scan.drop_vars([n for n in others if n in removed and n in scan]), removed
+    kept = scan.drop_vars([n for n in others if n in removed and n in scan])
+    return kept.drop_vars(CAUSE, errors="ignore"), removed
 
 
 def formats_where(wanted: Callable[[Format], bool]) -> str:

@@ -154,7 +154,7 @@ def _notes(solution: Solution, found: Sequence[Value]) -> Iterator[str]:
     if attrs["loss"] != "squared":
         yield f"{attrs['points_discounted']} points count for less than half under the {attrs['loss']} loss"
     if solution.has_systematic:
-        yield "the scan states a systematic uncertainty, which is not in the intervals: solution.parameters() has it"
+        yield "the intervals hold the systematic uncertainty that the scan states; solution.parameters() has it apart"
     for smoothed, how in solution.smooth.items():
         yield f"{name(smoothed)} is smooth over {name(how.by)}, strength {figure(float(how.strength))}"
     if 0 < attrs["points_searched"] < attrs["points"]:

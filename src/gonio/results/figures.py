@@ -142,7 +142,7 @@ def _predictors(fits: Fits) -> dict[str, Callable[[xr.Dataset], npt.NDArray[np.f
 def _ends(solution: Solution, points: xr.Dataset) -> tuple[Any, Any]:
     """The ends of the 95 % band at the directions of a flat scan."""
     at_points = band(solution, points)
-    reach = solution.coverage_factor(LEVEL) * at_points["uncertainty"].values
+    reach = solution.expanded(at_points["uncertainty"].values, at_points["uncertainty_systematic"].values, LEVEL)
     return at_points["brdf"].values - reach, at_points["brdf"].values + reach
 
 

@@ -21,8 +21,8 @@ class Value:
     """One value of a fit.
 
     by, group: the coordinates that it is grouped by and its label, as `theta_i` and `30`; empty for a single value.
-    uncertainty: standard. low, high: the 95 % interval for random errors, within the bounds of the fit; NaN for a held
-    value.
+    uncertainty: standard, of random errors. low, high: the 95 % interval, with the systematic uncertainty that the scan
+    states, within the bounds of the fit; NaN for a held value.
     """
 
     parameter: str
@@ -47,12 +47,12 @@ class Value:
 
 def values(solution: Solution) -> Iterator[Value]:
     """Every value of a fit, weights first, in the order of its Dataset."""
-    stored, reach = solution.dataset, solution.coverage_factor(LEVEL)
+    stored, halves = solution.dataset, solution.half_widths(LEVEL)
     columns = [stored[n].values.tolist() for n in ("name", "by", "group", "unit", "value", "uncertainty", "held")]
     pinned = stored["at_bound"].values.tolist()
     for k, (name, by, group, unit, value, spread, held) in enumerate(zip(*columns, strict=True)):
         lower, upper = _bounds(solution, k)
-        low, high = (math.nan, math.nan) if held else _cut(value, reach * spread, lower, upper)
+        low, high = (math.nan, math.nan) if held else _cut(value, float(halves[k]), lower, upper)
         status = HELD if held else AT_BOUND if pinned[k] else FITTED if math.isfinite(spread) else NOT_DETERMINED
         yield Value(name, by, group, value, unit, spread, low, high, status)
 

@@ -160,6 +160,8 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
     notes += [f"left out: {', '.join(found.ignored)}"] if found.ignored else []
     table = Table(xr.Dataset(), how, layout, mapping, notes, [], _is_stated(some, found, of, layout))
     variables: dict[str, Any] = {name: (values, "1") for name, values in found.further.items()}
+    if of.quantity == "signal":
+        variables["signal"] = (found.data["brdf"], "1")  # as read, for `gonio reduce`
     if "mask" in found.data:
         variables["mask"] = (_mask(found, asker), "1")
     if "uncertainty_systematic" in ready.uncertainties:

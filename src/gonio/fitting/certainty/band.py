@@ -15,6 +15,7 @@ import xarray as xr
 from gonio.fitting.objective.differences import SMALLEST, derivative
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
+from gonio.measured.causes import total
 from gonio.measured.instrument import Acceptance
 
 Values = npt.NDArray[np.float64]
@@ -42,9 +43,9 @@ def propagate(
 
     used: places of the values that it depends on, where these are not all: only they are varied.
 
-    Random errors are the root of the diagonal of G C G'. A systematic shift s of the values moves the results by G s,
-    with its signs, so that parts can cancel. Held values are taken as exact; a value at a bound counts as though the
-    bound were not there.
+    Random errors are the root of the diagonal of G C G'. The shift s of the values by one cause moves the results by
+    G s, with its signs, so that parts can cancel; of several causes the squares of these are added. Held values are
+    taken as exact; a value at a bound counts as though the bound were not there.
     """
     stored = solution.dataset
     free = np.flatnonzero(~stored["held"].values)
@@ -62,12 +63,12 @@ def propagate(
     results = function(values)
     sizes = np.maximum(np.abs(values[free]), SMALLEST)
     slopes = np.where(np.abs(slopes) * sizes > FELT * np.abs(results[:, None]), slopes, 0.0)
-    covariance, shift = stored["covariance"].values[np.ix_(free, free)], stored["systematic_shift"].values[free]
+    covariance, shift = stored["covariance"].values[np.ix_(free, free)], stored["shift_by_cause"].values[:, free]
     # infinite values are set apart, since infinity times a slope of zero is no number; a shift of NaN makes all NaN
-    known, steady = np.isfinite(np.diag(covariance)), ~np.isinf(shift)
+    known, steady = np.isfinite(np.diag(covariance)), ~np.isinf(shift).any(axis=0)
     variance = np.einsum("ma,ab,mb->m", slopes[:, known], covariance[np.ix_(known, known)], slopes[:, known])
     random = np.where(slopes[:, ~known].any(axis=1), np.inf, np.sqrt(np.maximum(variance, 0.0)))
-    systematic = np.where(slopes[:, ~steady].any(axis=1), np.inf, np.abs(slopes[:, steady] @ shift[steady]))
+    systematic = np.where(slopes[:, ~steady].any(axis=1), np.inf, total(shift[:, steady] @ slopes[:, steady].T))
     return Propagated(results, random, systematic)
 
 

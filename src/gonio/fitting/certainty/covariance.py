@@ -1,4 +1,4 @@
-"""How sure a fitted value is: covariance and systematic shift from the full Jacobian, projected weights included.
+"""How sure a fitted value is: covariance and systematic shifts from the full Jacobian, projected weights included.
 
 With J the derivative (points, values) of the residual r, and A = (J'J)^-1 J', a change e of the measured values moves
 the fitted ones by A e. Every kind of covariance is A S A', with S what it takes for the covariance of e:
@@ -27,6 +27,7 @@ from gonio.fitting.objective.cells.slopes import Slopes
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.tangent import ALONE, Tangent
 from gonio.fitting.objective.weighting import stated
+from gonio.measured.causes import SYSTEMATIC, WHOLE, causes
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -129,24 +130,30 @@ def left_out(plane: Plane, residual: Values) -> tuple[Values, Mask]:
     return np.where(alone, 0.0, residual / np.where(alone, 1.0, 1 - leverage)), alone
 
 
-def systematic_shift(problem: Problem, vector: Values, pinned: Mask) -> Values:
-    """Shift (n,) of the free values by one systematic standard uncertainty; NaN unless the scan states it everywhere.
+def systematic_shifts(problem: Problem, vector: Values, pinned: Mask) -> dict[str, Values]:
+    """Shift (n,) of the free values by each cause of systematic uncertainty of the scan (`measured.causes`), by name.
 
-    All points err at once and to the same side, so the shift has a sign, and errors of points add up: it is A e with e
-    the systematic uncertainty of every residual. pinned (n,): values at a bound, which stay there. Infinite for values
-    that the data do not determine.
+    All points err at once by one cause, so the shift has a sign, and errors of points add up: it is A e with e the
+    shift of every residual by one standard uncertainty of the cause. The covariance of the values is that of random
+    errors and, for every cause, the product of its shift with itself (JCGM 100, 5.2). pinned (n,): values at a bound,
+    which stay there. Infinite for values that the data do not determine.
+    One cause of NaN where the scan states no systematic uncertainty, or not at every point.
     """
-    uncertainty = problem.points.get("uncertainty_systematic")
-    if uncertainty is None or not ((uncertainty.values >= 0) & np.isfinite(uncertainty.values)).all():
-        return np.full(len(vector), np.nan)
-    error = problem.error(uncertainty.values)
+    found = causes(problem.points)
+    known = all(np.isfinite(one).all() for one in found.values())
+    if SYSTEMATIC not in problem.points:
+        known &= all((one >= 0).all() for one in found.values())
+    if not found or not known:
+        return {WHOLE: np.full(len(vector), np.nan)}
+    errors = {name: problem.error(one) for name, one in found.items()}
     if blocked := in_blocks(problem):
-        return bulk.systematic_shift(blocked, vector, error, pinned)
+        return {name: bulk.systematic_shift(blocked, vector, error, pinned) for name, error in errors.items()}
     slopes = linearised(problem, vector)
     if isinstance(slopes, Slopes):
-        of_cells = CellPlane(slopes, ~pinned)
-        return np.where(of_cells.blind, np.inf, of_cells.moved(np.concatenate([error, np.zeros(len(slopes.penalty))])))
-    shift = np.zeros(slopes.shape[1])
+        of_cells, held = CellPlane(slopes, ~pinned), np.zeros(len(slopes.penalty))
+        return {n: np.where(of_cells.blind, np.inf, of_cells.moved(np.append(e, held))) for n, e in errors.items()}
     plane = Tangent(slopes[:, ~pinned])
-    shift[~pinned] = np.where(plane.blind, np.inf, plane.moved(error))
-    return shift
+    shifts = {name: np.zeros(slopes.shape[1]) for name in errors}
+    for name, error in errors.items():
+        shifts[name][~pinned] = np.where(plane.blind, np.inf, plane.moved(error))
+    return shifts

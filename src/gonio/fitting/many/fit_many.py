@@ -10,6 +10,7 @@ What is done here is to check the arguments and to put the parts together: `layo
 """
 
 import functools
+import logging
 import time
 from dataclasses import replace
 from typing import Any
@@ -30,7 +31,8 @@ from gonio.fitting.schema import versions
 from gonio.fitting.search.anneal import Anneal
 from gonio.fitting.search.projection import FOR_MANY, Projection
 from gonio.fitting.search.solver import Progress, silent
-from gonio.measured.stack import NODE, StackLanes, lane_dims, one_scan
+from gonio.measured.causes import SYSTEMATIC, TOTAL
+from gonio.measured.stack import NODE, NOT_COUNTED, StackLanes, lane_dims, one_scan
 
 Values = npt.NDArray[Any]
 PRECISIONS = ("float64", "float32")
@@ -106,7 +108,10 @@ def fit_many(
     if len(lanes):
         with jax.enable_x64(precision == "float64"), jax.default_device(_device(device)):
             results = _searched(problem, lanes, search, progress)
+    if lost := [name for name in (SYSTEMATIC, TOTAL) if name in stack]:
+        logging.getLogger(__name__).warning("%s of the stack %s", lost[0], NOT_COUNTED)
     return results.dataset(problem, stack, lanes).assign_attrs(
+        systematic=NOT_COUNTED if lost else "",
         solver=f"{solver.name}, batched",
         settings=repr(solver),
         precision=precision,

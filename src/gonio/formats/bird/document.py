@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.formats.bird import metadata as bird_metadata
+from gonio.measured.causes import spread
 from gonio.measured.dataset import DIRECTIONS, RELATIVE, SETS, flatten, unit
 
 _POLARISED = {"s": (1.0, 1.0, 0.0, 0.0), "p": (1.0, -1.0, 0.0, 0.0), "u": (1.0, 0.0, 0.0, 0.0)}
@@ -19,7 +20,7 @@ def write(scan: xr.Dataset, path: Path) -> None:
 
     Raises ValueError for relative data, and missing or negative values, which the schema does not allow.
     """
-    flat = flatten(scan)
+    flat = spread(flatten(scan))
     if unit(flat) == RELATIVE:
         raise ValueError("the BiRD format holds BRDF in 1/sr only: calibrate the relative data first")
     values = flat["brdf"].values.astype(float)

@@ -19,7 +19,8 @@ from gonio.door.json_text import Document, load
 from gonio.door.text import clip
 from gonio.formats.bird import metadata as bird_metadata
 from gonio.formats.format import Format, Holds
-from gonio.measured.dataset import ABSOLUTE, SETS, add_history, make_scan
+from gonio.measured.causes import gathered
+from gonio.measured.dataset import ABSOLUTE, MASK_MEANINGS, SETS, add_history, make_scan
 
 _ANGLES = {"theta_i": 90.0, "phi_i": 360.0, "theta_r": 90.0, "phi_r": 360.0}
 _DEGREES = {"°": 1.0, "deg": 1.0, "rad": 180.0 / math.pi}
@@ -53,6 +54,10 @@ def _read(path: Path) -> xr.Dataset:
         coordinates=coordinates,
         variables=variables,
     )
+    try:
+        scan = gathered(scan)
+    except ValueError as error:
+        raise document.wrong(str(error), "data", _ADHOC) from None
     scan.attrs |= bird_metadata.attributes(document)
     left_out = [f"left out {name}, which the format does not know" for name in data if name not in {*_KNOWN, _ADHOC}]
     for line in (*remarks, *more, *left_out):
@@ -219,7 +224,9 @@ def _adhoc(
         array: Any = np.array(values, dtype=str)
     elif set(map(type, values)) == {float}:
         _check_numbers(document, values, *steps)
-        array = np.array(values, dtype=np.int8 if name == "mask" and set(values) <= {0.0, 1.0, 2.0, 3.0} else float)
+        array = np.array(
+            values, dtype=np.int8 if name == "mask" and set(values) <= {*range(len(MASK_MEANINGS))} else float
+        )
     else:
         lines.append(f"left out {clip(name)}, which is neither numbers nor texts")
         return

@@ -12,6 +12,7 @@ from gonio.door import netcdf
 from gonio.door.text import clip
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
+from gonio.measured.causes import CAUSE, SYSTEMATIC, fault
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
 from gonio.measured.sound import UNCERTAINTIES
@@ -31,10 +32,12 @@ def _read(path: Path) -> xr.Dataset:
         raise FormatError(path, message, "byte 0")
     # Which variables are coordinates is an attribute, which a file may lack; what they are follows from their names.
     scan = scan.set_coords([name for name in (*DIRECTIONS, *SETS) if name in scan.variables])
-    for name in SETS:
+    for name in (*SETS, CAUSE):
         if name in scan.variables and scan[name].dtype.kind in "OS":
             scan[name] = netcdf.text(path, scan[name], places)
     _refuse_invalid(path, scan, places)
+    if wrong := fault(scan):
+        raise FormatError(path, f"{SYSTEMATIC} {wrong}", f"byte {places.get(SYSTEMATIC, 0)}")
     return scan
 
 

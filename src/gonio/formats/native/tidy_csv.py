@@ -26,6 +26,7 @@ import xarray as xr
 from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
+from gonio.measured.causes import SYSTEMATIC, cause_of, gathered, spread
 from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
 from gonio.outside import as_cell, from_cell
 from gonio.tables.direct import read_stated
@@ -75,7 +76,7 @@ class Column:
     @property
     def is_number(self) -> bool:
         """Whether every cell must be a number; other columns may hold texts."""
-        return self.name in QUANTITIES or self.name == "mask"
+        return self.name in QUANTITIES or self.name == "mask" or bool(cause_of(self.name))
 
 
 def _read(path: Path) -> xr.Dataset:
@@ -84,6 +85,8 @@ def _read(path: Path) -> xr.Dataset:
     try:
         columns = _columns(path, header_line, header, _further(comments))
     except FormatError as error:
+        if any(cell.lower().startswith(f"{SYSTEMATIC}[") for cell in header):  # which no other table has
+            raise
         return read_stated(path, error)
     cells, rows = _rows(path, header_line, source, columns)
     return _dataset(path, comments, columns, cells, rows)
@@ -126,7 +129,8 @@ def _columns(path: Path, line: int, header: list[str], further: set[str]) -> lis
     if {"phi", REFLECTED_AZIMUTH} <= set(names):
         raise FormatError(path, "has phi and phi_r, of which each gives the other: keep one", where)
     relative = {c.name for c in columns if c.unit == "a.u."}
-    absolute = {c.name for c in columns if c.unit == "sr-1"} & {"brdf", "uncertainty", "uncertainty_systematic"}
+    values = {"brdf", "uncertainty", "uncertainty_systematic", *(c.name for c in columns if cause_of(c.name))}
+    absolute = {c.name for c in columns if c.unit == "sr-1"} & values
     if relative and absolute:
         raise FormatError(path, f"{min(relative)} is in a.u. and {min(absolute)} in sr-1: one unit for both", where)
     return columns
@@ -138,6 +142,11 @@ def _column(path: Path, where: str, cell: str, is_further: bool) -> Column:
         return Column(plain, "")
     own, _, unit = cell.rpartition("_")
     name = _NAMED.get(own.lower(), own.lower())
+    if cause_of(own) or cause_of(cell):
+        if unit not in ("sr-1", "a.u."):
+            remedy = f"write {clip(cell if cause_of(cell) else own)}_sr-1 or _a.u., as brdf is"
+            raise FormatError(path, f"column {clip(cell)!r} has no unit of a systematic uncertainty: {remedy}", where)
+        return Column(own, unit)
     if name in QUANTITIES and plain not in QUANTITIES:
         known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
         if unit not in known:
@@ -263,7 +272,7 @@ def _dataset(
     variables = {name: (_numbers_if_all(v), units[name]) for name, v in by_name.items() if name not in known}
     if "mask" in variables:
         variables["mask"] = (by_name["mask"].astype(np.int8), "1")
-    return make_scan(
+    scan = make_scan(
         by_name["theta_i"],
         by_name["theta_r"],
         by_name["brdf"],
@@ -276,6 +285,10 @@ def _dataset(
         provenance="\n".join(c for c in comments if not c.startswith((_HISTORY, _FURTHER))),
         history="\n".join(history),
     )
+    try:
+        return gathered(scan)
+    except ValueError as error:
+        raise FormatError(path, str(error), f"line {rows[0]}") from None
 
 
 def _numbers_if_all(values: np.ndarray) -> np.ndarray:
@@ -286,7 +299,7 @@ def _numbers_if_all(values: np.ndarray) -> np.ndarray:
 
 
 def _write(scan: xr.Dataset, path: Path) -> None:
-    flat = flatten(scan)
+    flat = spread(flatten(scan))
     names = [n for n in (*DIRECTIONS, *SETS, "brdf", "uncertainty") if n in flat.variables]
     columns = {name: flat[name].values for name in names}
     if is_in_plane(flat).all():

@@ -2,7 +2,7 @@
 
 The rows are found by their names in the first column: Method, Date, .., Azimuth, Incidence, Receive [deg], .., RT, then
 the spectrum. RT is the signal divided by that of a white diffuser: pi f cos(theta_r). It includes the signal of the
-blank until one is subtracted (gonio.measured.reduction). The azimuth turns the sample relative to the plane of the
+blank until one is subtracted (gonio.reduction.sheets). The azimuth turns the sample relative to the plane of the
 receiver: at -90 deg positive receive angles are forward. The public source on the rows are the scripts of LOFT
 (bsdf-tools, rt300s_to_bsdf_iso.m; krell2026). door/workbook.py reads the cells.
 """

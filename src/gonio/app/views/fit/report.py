@@ -61,7 +61,7 @@ def solution_record(row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") ->
 
 
 def _intervals(solution: "Solution") -> dict[str, list[float]]:
-    """Low and high end for random errors by parameter, within the bounds of the fit."""
+    """Low and high end by parameter, with the systematic part that the scan states, within the bounds of the fit."""
     found = values_of(solution)
     return {f"{v.parameter}[{v.group}]" if v.by else v.parameter: [v.low, v.high] for v in found}
 

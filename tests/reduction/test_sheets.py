@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from gonio.measured.dataset import make_scan
-from gonio.measured.reduction import Shadow, reduce, turned
+from gonio.reduction.sheets import Shadow, reduce, turned
 
 
 def raw(signal, theta_i=30.0, theta_r=(0.0, 60.0, 60.0), phi=(180.0, 90.0, 270.0)) -> xr.Dataset:

@@ -78,7 +78,7 @@ def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
     uncertainty is that of the curve, not of a further measurement there, which has noise of its own.
     Raises ValueError where a direction belongs to no group of the fit.
     """
-    places, acceptance = solution.places(points), Acceptance(solution.instrument, dataset.geometry(points))
+    places, acceptance = solution.places(points), Acceptance.of(solution.instrument, points)
     at_points = propagate(
         solution,
         lambda values: acceptance.brdf(solution.model, {n: values[at] for n, at in places.items()}),

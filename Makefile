@@ -4,13 +4,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE docs/gonio.1
+SOURCES := $(shell find src -type f -not -name '*.pyc') pyproject.toml README.md LICENSE CITATION.cff references.bib docs/gonio.1
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 # Python compiles a module when it is first imported; compiling all that is installed takes most of a minute.
 INSTALL := $(PIP) install --no-compile
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help demo test check format docs screens lock clean
+.PHONY: help demo test check format docs links pages screens pictures lock clean
 
 help: ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1: /p' $(firstword $(MAKEFILE_LIST))
@@ -33,15 +33,25 @@ format: $(VENV)/.test ## formats every file
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-docs: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations and of measured results
+docs: $(VENV)/.test $(VENV)/.gonio ## the site, without network: open docs/_build/html/index.html
+	rm -rf docs/_build docs/api docs/examples
+	$(THREADS) $(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+
+links: $(VENV)/.test $(VENV)/.gonio ## asks every other site that the pages link to; needs the network
+	GONIO_DOCS_ONLINE=1 $(THREADS) $(BIN)/python -m sphinx -q -b linkcheck docs docs/_build/links
+
+pages: $(VENV)/.test $(VENV)/.gonio ## the pages that are made of declarations and of measured results
 	for page in docs/pages/[a-z]*.py; do $(THREADS) PYTHONPATH=docs/pages:benchmarks $(BIN)/python $$page || exit 1; done
 	$(BIN)/ruff format -q docs
 
 screens: $(VENV)/.test $(VENV)/.gonio ## the screens that tests compare with, anew: look at what git shows of them
 	GONIO_RENEW_SCREENS=1 $(THREADS) $(BIN)/python -m pytest -q tests/app/test_screens.py
 
+pictures: $(VENV)/.test $(VENV)/.gonio ## the figures that tests compare with, anew: look at each that git shows
+	GONIO_RENEW_PICTURES=1 $(THREADS) $(BIN)/python -m pytest -q tests/printed
+
 clean: ## takes away everything that was made
-	rm -rf $(VENV) .venv-* demo dist build .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-* demo dist build docs/_build docs/api docs/examples .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 # The locks, hashes and no index address; needs uv.
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-strip-extras \

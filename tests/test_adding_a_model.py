@@ -35,7 +35,9 @@ def run(package, *arguments):
 
 def test_the_example_works_like_any_other_model(package, tmp_path):
     listed = json.loads(run(package, "models", "--json", "-").stdout)
-    assert "rimmed" in {model["name"] for model in listed}
+    own = {model["name"]: model for model in listed}["rimmed"]
+    assert own["equation"] == r"f = k_s\,f_s + k_r\,f_r + k_d\,f_d"
+    assert (own["cite"], own["source"]) == ("example2026", None)
     found = run(package, "eval", "rimmed", "--set", "kr=1", "--at", "60,70,180", "--json", "-")
     cosines = np.cos(np.radians(60)) + np.cos(np.radians(70))
     assert json.loads(found.stdout)["values"] == pytest.approx([np.exp(-4 * cosines) / 4], rel=1e-12)
@@ -43,7 +45,7 @@ def test_the_example_works_like_any_other_model(package, tmp_path):
     rows = [f"40,{t},{0.1 + 0.3 * np.exp(-(((t - 40) / 15) ** 2)):.6f}" for t in range(-70, 71, 5)]
     scan.write_text("\n".join(["theta_i_deg,theta_r_deg,brdf_sr-1", *rows]) + "\n", encoding="utf-8")
     fitted = run(package, "fit", str(scan), "--model", "rimmed", "--json", "-")
-    assert {"ks", "kr", "kd", "sigma", "power"} <= set(json.loads(fitted.stdout)["parameters"])
+    assert {"ks", "kr", "kd", "sigma", "p"} <= set(json.loads(fitted.stdout)["parameters"])
 
 
 def test_a_package_that_cannot_be_loaded_is_named_and_the_rest_works(package):

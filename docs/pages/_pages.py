@@ -21,7 +21,7 @@ def table(heads: Sequence[str], rows: Iterable[Iterable[object]], texts: int, la
 def measured(command: str, when: str, machine: str, more: str = "") -> str:
     """The sentences that such a page begins with; `more` is said after them."""
     return (
-        f"Measured by `{command}` on {when}; {machine}.\n`make docs` writes this page; do not edit it. {more}".rstrip()
+        f"Measured by `{command}` on {when}; {machine}.\n`make pages` writes this page; do not edit it. {more}".rstrip()
     )
 
 

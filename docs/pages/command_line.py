@@ -1,4 +1,4 @@
-"""Make docs/command-line.md and the man page docs/gonio.1 of what the commands declare: part of `make docs`.
+"""Make docs/command-line.md and the man page docs/gonio.1 of what the commands declare: part of `make pages`.
 
 `gonio --help` and `gonio COMMAND --help` show the same words.
 """
@@ -16,7 +16,7 @@ from gonio.app.program import EXAMPLES, GROUPS, app
 
 HEAD = """# The command line
 
-`make docs` writes this page; do not edit it. `gonio --help` and `gonio COMMAND --help` show the same, and so does the man page
+`make pages` writes this page; do not edit it. `gonio --help` and `gonio COMMAND --help` show the same, and so does the man page
 `gonio.1`, which is installed with the package.
 
 """

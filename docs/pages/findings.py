@@ -11,7 +11,7 @@ RECORD, PAGE = BENCHMARKS / "planted.json", DOCS / "findings.md"
 
 HEAD = """# Mistakes that a scan shows
 
-`make docs` writes this page; do not edit it.
+`make pages` writes this page; do not edit it.
 
 `gonio info FILE` and `gonio check FILE` look for the mistakes below before anything is fitted; `gonio fit`, `compare` and `plot` print
 the warnings among them on standard error. With `--json -` both give them under `findings`, each with `name`, `severity`, `evidence` and

@@ -1,4 +1,4 @@
-"""Make docs/formats.md from the declarations of the formats: part of `make docs`."""
+"""Make docs/formats.md from the declarations of the formats: part of `make pages`."""
 
 import importlib
 import inspect
@@ -13,7 +13,7 @@ DOCS = Path(__file__).resolve().parents[1]
 
 HEAD = """# Formats: what gonio reads and writes
 
-Made by `make docs` from the declarations in `src/gonio/formats`; `gonio formats` prints the table.
+Made by `make pages` from the declarations in `src/gonio/formats`; `gonio formats` prints the table.
 
 gonio reads COUNT formats. A file is recognised by its content, never by its name. Whatever it holds becomes a BRDF (or BTDF) in 1/sr over directions, or
 relative data in a.u., and `gonio info FILE` says which, what the file stored, and what was done to it. A format that has no

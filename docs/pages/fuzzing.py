@@ -14,7 +14,7 @@ EVERY_DOOR = {
 HEAD = """# Damaged and hostile files
 
 `make fuzz` measures this: it damages valid files at random and gives each to gonio. A seed and a number determine each
-input. `make docs` writes this page; do not edit it. These are the kinds of damage:
+input. `make pages` writes this page; do not edit it. These are the kinds of damage:
 
 - bytes are changed, removed, inserted, repeated or exchanged; files are cut off or joined;
 - counts become 2^62, -1, 0 or 2^31;

@@ -44,7 +44,7 @@ MEANING = {
 }
 HEAD = """# Performance
 
-`make docs` writes this page from [results.json](../benchmarks/results.json), which `make bench-quick` and `make bench`
+`make pages` writes this page from [results.json](../benchmarks/results.json), which `make bench-quick` and `make bench`
 measure; do not edit it. A ratio compares two programs that ran in turn in one process; it is the median of at least five
 rounds. Beside it stand the day and the load: the number of processes that wanted to run, below one on an idle machine.
 Ratios of processor time stand in parentheses; other users of a machine change them less. Ratios of evaluation are of JAX

@@ -180,7 +180,7 @@ def page(results: dict[str, list[Result]], best: Result, worst: Result, found: d
         *validated_surfaces.lines(found),
         "## The models of the paper",
         "",
-        f"Made by `make docs` on {date.today().isoformat()}.",
+        f"Made by `make pages` on {date.today().isoformat()}.",
         "Each model is fitted with its specular weight free at each incidence angle (as Table 1 of guo2023), all else",
         "shared, shape parameters within their declared bounds, weights exact. Left out, as the files' headers ask: the",
         "arms at 80 and 85° and scan angles up to 3° at the 15° arm of `jsss_*`, and values at the 1e-4 floor of",

@@ -25,6 +25,7 @@ _HOMES = {
     "published": "gonio.models.publications",
     "read": "gonio.formats",
     "read_table": "gonio.tables.read",
+    "report": "gonio.reporting.entry",
     "resample": "gonio.resampling.resample",
     "sample": "gonio.samples",
     "scan": "gonio.tables.arrays",
@@ -67,6 +68,7 @@ __all__ = [
     "published",
     "read",
     "read_table",
+    "report",
     "resample",
     "sample",
     "scan",
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
     from gonio.model import Model
     from gonio.models import catalogue
     from gonio.models.publications import published
+    from gonio.reporting.entry import report
     from gonio.resampling.conversion import convert
     from gonio.resampling.resample import resample
     from gonio.results.figures import plot

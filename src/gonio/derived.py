@@ -49,13 +49,32 @@ def derived(
     theta_i: Sequence[float] | None = None,
     progress: Progress = silent,
 ) -> list[Derived]:
-    """What follows from a fit, for every set of the scan that was fitted.
+    """What follows from a fit, for every set of the scan that was fitted: reflectance, albedo, peak and half width.
 
-    At each incidence angle [deg], the scan's own where None: the directional-hemispherical reflectance, the largest
-    BRDF in plane within the angles that the scan covers, and half the width of that peak at half its height. Over all
-    incidence angles: the bihemispherical reflectance under uniform light (white-sky albedo). Reflectances extrapolate
-    the model over the hemisphere; relative data have none.
-    Raises ValueError for an incidence angle that a grouped parameter has no value for.
+    Parameters
+    ----------
+    solution : Solution
+        The fit.
+    scan : xarray.Dataset
+        The scan that was fitted.
+    theta_i : sequence of float, optional
+        Incidence angles [deg], by default those of the scan.
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    list of Derived
+        At each incidence angle the directional-hemispherical reflectance, the largest BRDF in plane within the angles
+        that the scan covers, and half the width of that peak at half its height. Over all incidence angles the
+        bihemispherical reflectance under uniform light (white-sky albedo). Each has its standard uncertainty.
+        Reflectances extrapolate the model over the hemisphere; relative data have none.
+
+    Raises
+    ------
+    ValueError
+        A grouped parameter has no value for an incidence angle.
+
     """
     flat = dataset.points(scan)
     numbers: list[Derived] = []

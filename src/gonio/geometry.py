@@ -29,17 +29,61 @@ class Directions(NamedTuple):
 
 
 class Geometry(Directions):
-    """Directions and the quantities that models need of them, each computed once, on first use.
+    r"""Pairs of directions, and the quantities that models need of them, each computed once, on first use.
 
     A plain tuple of arrays, hence a JAX pytree without registration. Everything is derived from cosines and the half
     vector, so that nothing is singular at the normal or at the mirror direction. Quantities that several parts of a
     model use end in a product: XLA computes a quotient or a root that is used several times in a loop of its own,
     through memory.
+
+    The facet whose normal is the half vector of both directions is tilted by alpha, and light meets it at the angle
+    beta:
+
+    .. math::
+
+        \begin{aligned}
+        \cos 2\beta &= \cos\theta_i\cos\theta_r + \sin\theta_i\sin\theta_r\cos\varphi \\
+        \cos\alpha &= \frac{\cos\theta_i + \cos\theta_r}{2\cos\beta} \\
+        \tan^2\alpha &= s_x^2 + s_y^2 \\
+        s_x &= \frac{x_i + x_r}{z_i + z_r} \\
+        s_y &= \frac{y_i + y_r}{z_i + z_r}
+        \end{aligned}
+
+    Parameters
+    ----------
+    x_i, y_i, z_i : array
+        Components of the unit vector from the surface to the source; z is the surface normal.
+    x_r, y_r, z_r : array
+        Components of the unit vector to the detector. They broadcast against the others.
+
+    Examples
+    --------
+    >>> import gonio
+    >>> mirror = gonio.Geometry.from_degrees(30.0, [0.0, 30.0], 180.0)
+    >>> mirror.cos_alpha.round(3).tolist()  # of the half vector: 1 in the mirror direction
+    [0.966, 1.0]
+
     """
 
     @classmethod
     def from_degrees(cls, theta_i: Array, theta_r: Array, phi: Array = 180.0, phi_i: Array = 0.0) -> "Geometry":
-        """From incidence, reflection and relative azimuth angles [deg]; `phi_i` [deg] from the surface's x axis."""
+        """Directions from angles [deg].
+
+        Parameters
+        ----------
+        theta_i, theta_r : array_like
+            Angles of incidence and of reflection from the normal.
+        phi : array_like
+            Azimuth of the detector relative to the source: 180 is the forward (specular) side.
+        phi_i : array_like
+            Azimuth of the source from the surface's own x axis, for anisotropic surfaces.
+
+        Returns
+        -------
+        Geometry
+            Of the shape to which the angles broadcast.
+
+        """
         xp, angles = align(theta_i, theta_r, phi, phi_i)
         t_i, t_r, azimuth, azimuth_i = (to_radians(a) for a in angles)
         sin_i, sin_r = xp.sin(t_i), xp.sin(t_r)
@@ -55,7 +99,21 @@ class Geometry(Directions):
 
     @classmethod
     def in_plane(cls, theta_i: Array, theta_r: Array) -> "Geometry":
-        """From a signed theta_r [deg], positive on the forward (specular) side."""
+        """Directions in the plane of incidence from angles [deg].
+
+        Parameters
+        ----------
+        theta_i : array_like
+            Angle of incidence.
+        theta_r : array_like
+            Signed angle of reflection, positive on the forward (specular) side.
+
+        Returns
+        -------
+        Geometry
+            Of the shape to which the angles broadcast.
+
+        """
         _, (t_i, t_r) = align(theta_i, theta_r)
         return cls.from_degrees(t_i, -t_r, 0.0)
 

@@ -16,6 +16,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, g
 
 from gonio.arrays import Array, align, constants, is_traced_never
 from gonio.geometry import Geometry
+from gonio.literature.described import Described
 from gonio.outside import NearestNames as NearestNames
 from gonio.outside import shortened
 
@@ -89,15 +90,22 @@ def sampler_of(term: Term) -> Sampler | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
-    """A BRDF model [1/sr, without the cosine]: name, terms by weight, and what is known about its physics.
+class Model(Described):
+    """A BRDF model [1/sr, without the cosine]; `from_function` makes one of a plain function in one line.
 
-    `violates` names a law of physics that the model breaks and says why; `confidence` is "confirmed" where the
-    formula was read in its source and "reconstructed" where only an abstract was. `combinations` are numbers computed
-    from several parameters that data determine better than the parameters themselves.
-    `from_function` makes one of a plain function in one line.
-    Raises ValueError for a term that does not declare its unit or an argument, and where two terms declare the same
-    shape parameter differently.
+    Parameters
+    ----------
+    name, title, cite : str
+        What it is called, what it is, and its source: a key of gonio's references, or any text.
+    terms : mapping
+        Functions of a Geometry and of shape parameters, by the name of the weight of each. ValueError for one that does
+        not declare its unit or an argument, and for two that declare one parameter differently.
+    violates, confidence : mapping, str
+        Laws of physics that the model breaks, and why; "confirmed" where the formula was read in its source and
+        "reconstructed" where only an abstract was.
+    combinations : mapping
+        Numbers computed from several parameters that data determine better than the parameters themselves.
+
     """
 
     name: str

@@ -61,11 +61,15 @@ LONGEST = 2900  # characters of the list that stands for a mapping by name
 
 
 class NearestNames(dict[str, Entry], Generic[Entry]):
-    """A mapping by name whose KeyError offers the nearest names, and whose repr is a short list."""
+    """A mapping by name whose KeyError offers the nearest names, and whose repr is a short list.
 
-    def __init__(self, kind: str, entries: Mapping[str, Entry]) -> None:
+    about: what `help` says of it.
+    """
+
+    def __init__(self, kind: str, entries: Mapping[str, Entry], about: str = "") -> None:
         super().__init__(entries)
         self.kind = kind
+        self.__doc__ = about or type(self).__doc__
 
     def __missing__(self, name: str) -> Entry:
         raise KeyError(f"no {self.kind} is called {name!r}; {nearest(name, self)}")

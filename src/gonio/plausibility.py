@@ -37,7 +37,21 @@ class Verdict:
 
 
 def positivity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
-    """The least value over quasi-random directions, and where it is."""
+    """The least value of a BRDF over quasi-random directions, and where it is.
+
+    Parameters
+    ----------
+    brdf : callable
+        Gives the BRDF of a Geometry.
+    theta_i : sequence of float, optional
+        Incidence angles [deg]; without them they are quasi-random too.
+
+    Returns
+    -------
+    Verdict
+        Whether no value is negative, the least value, and its direction.
+
+    """
     angles = _directions(theta_i)
     values = np.asarray(brdf(Geometry.from_degrees(*angles)), dtype=float)
     least = int(np.argmin(values))
@@ -45,7 +59,21 @@ def positivity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
 
 
 def reciprocity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
-    """Root mean square and worst ln f(i, r)/f(r, i) over quasi-random pairs; both polar angles from `theta_i` [deg]."""
+    """The deviation of a BRDF from Helmholtz reciprocity, f(i, r) = f(r, i), over quasi-random pairs of directions.
+
+    Parameters
+    ----------
+    brdf : callable
+        Gives the BRDF of a Geometry.
+    theta_i : sequence of float, optional
+        Polar angles [deg] of both directions; without them they are quasi-random too.
+
+    Returns
+    -------
+    Verdict
+        Root mean square and worst of ln f(i, r)/f(r, i), and the pair.
+
+    """
     angles = _directions(theta_i, both=True)
     forward = Geometry.from_degrees(*angles)
     exchanged = Geometry(*forward[3:], *forward[:3])
@@ -55,7 +83,20 @@ def reciprocity(brdf: Brdf, theta_i: Sequence[float] | None = None) -> Verdict:
 def energy(brdf: Brdf, unit: str, theta_i: Sequence[float] | None = None) -> Verdict:
     """The white furnace: directional-hemispherical reflectance at several incidence angles, at most 1 each.
 
-    Relative data have no verdict: without a calibration their reflectance is unknown.
+    Parameters
+    ----------
+    brdf : callable
+        Gives the BRDF of a Geometry.
+    unit : str
+        Of the BRDF. Relative data have no verdict: without a calibration their reflectance is unknown.
+    theta_i : sequence of float, optional
+        Incidence angles [deg].
+
+    Returns
+    -------
+    Verdict
+        Whether energy is conserved, the largest reflectance, and the incidence angle.
+
     """
     if unit != dataset.ABSOLUTE:
         return Verdict("energy", None, {}, "", RELATIVE)
@@ -67,11 +108,25 @@ def energy(brdf: Brdf, unit: str, theta_i: Sequence[float] | None = None) -> Ver
 
 
 def hemispherical_reflectance(brdf: Brdf, theta_i: float, nodes: int = 200) -> float:
-    """Directional-hemispherical reflectance at theta_i [deg]: the integral of f cos(theta_r) over the hemisphere.
+    """Directional-hemispherical reflectance: the integral of f cos(theta_r) over the hemisphere.
 
     Gauss-Legendre quadrature in theta_r and in both halves of phi, dense about the plane of incidence; for lobes no
-    narrower than a slope of 0.02 it is good to 1e-5 up to 75 deg. In the unit of f times sr: at most 1 for a passive
-    surface where f is in 1/sr, arbitrary for relative data.
+    narrower than a slope of 0.02 it is good to 1e-5 up to 75 deg.
+
+    Parameters
+    ----------
+    brdf : callable
+        Gives the BRDF of a Geometry.
+    theta_i : float
+        Incidence angle [deg].
+    nodes : int
+        Of the quadrature, in each angle.
+
+    Returns
+    -------
+    float
+        In the unit of f times sr: at most 1 for a passive surface where f is in 1/sr, arbitrary for relative data.
+
     """
     x, w = gauss_legendre(nodes)
     half, v = gauss_legendre(nodes // 2)
@@ -97,7 +152,18 @@ def bihemispherical_reflectance(brdf: Brdf, nodes: int = 200) -> float:
 def of_scan(scan: xr.Dataset, table: Sequence[Reflectance] | None = None) -> list[Verdict]:
     """The three laws as far as a scan's values show them: reciprocity over the pairs of directions that it holds.
 
-    table: the reflectances of the scan over the hemisphere where they are known; None to have them integrated.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    table : sequence of Reflectance, optional
+        The reflectances of the scan over the hemisphere where they are known; None to have them integrated.
+
+    Returns
+    -------
+    list of Verdict
+        Positivity, reciprocity and energy.
+
     """
     flat = dataset.points(scan)
     values = flat["brdf"].values

@@ -33,31 +33,89 @@ def stokes(values: npt.ArrayLike) -> Values:
 
 
 def reflected(mueller: Values, incident: npt.ArrayLike = UNPOLARISED) -> Values:
-    """Stokes vector (..., 4) after a Mueller matrix (..., 4, 4): radiance per irradiance [1/sr] for a BRDF."""
+    """Stokes vector after a Mueller matrix.
+
+    Parameters
+    ----------
+    mueller : array
+        Mueller matrices (..., 4, 4), such as `Model.mueller` gives [1/sr].
+    incident : array_like
+        Stokes vector (..., 4) of the incident light; unpolarised unless given.
+
+    Returns
+    -------
+    array
+        Stokes vectors (..., 4): radiance per irradiance [1/sr] for a BRDF.
+
+    """
     out: Values = np.einsum("...jk,...k->...j", mueller, stokes(incident))
     return out
 
 
 def degree_of_linear_polarisation(vector: Values) -> Values:
-    """Linearly polarised share of the light, 0 to 1; NaN where there is none."""
+    """Linearly polarised share of light.
+
+    Parameters
+    ----------
+    vector : array
+        Stokes vectors (..., 4).
+
+    Returns
+    -------
+    array
+        0 to 1; NaN where there is no light.
+
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         share: Values = np.hypot(vector[..., 1], vector[..., 2]) / vector[..., 0]
     return share
 
 
 def angle_of_linear_polarisation(vector: Values) -> Values:
-    """Angle of the linear polarisation from the s axis towards the p axis, -90 to 90 [deg] (formulas 6.5)."""
+    """Angle of the linear polarisation from the s axis towards the p axis (formulas 6.5).
+
+    Parameters
+    ----------
+    vector : array
+        Stokes vectors (..., 4).
+
+    Returns
+    -------
+    array
+        -90 to 90 [deg].
+
+    """
     angle: Values = np.degrees(np.arctan2(vector[..., 2], vector[..., 1])) / 2
     return angle
 
 
 def emissivity(model: Model, values: Mapping[str, float], theta_r: float) -> Values:
-    """Stokes emissivity (4,) of an opaque surface towards theta_r [deg], by Kirchhoff's law (formulas 6.9).
+    """Stokes emissivity of an opaque surface, by Kirchhoff's law (formulas 6.9).
 
-    What does not arrive in theta_r from an unpolarised hemisphere of unit radiance is emitted: 1 - int f00 cos(theta_i)
-    and -int f_j0 cos(theta_i). Gauss-Legendre nodes in theta_i and phi are doubled until no component changes by 1e-4.
-    Raises ValueError for a model without polarisation, for a lobe too narrow for that, and where more light is
-    reflected than arrives.
+    What does not arrive in theta_r from an unpolarised hemisphere of unit radiance is emitted: 1 - int f00
+    cos(theta_i) and -int f_j0 cos(theta_i). Gauss-Legendre nodes in theta_i and phi are doubled until no component
+    changes by 1e-4.
+
+    Parameters
+    ----------
+    model : Model
+        A model with Mueller terms.
+    values : mapping
+        Its weights and shape parameters.
+    theta_r : float
+        The direction [deg] of emission.
+
+    Returns
+    -------
+    array
+        The Stokes vector (4,).
+
+    Raises
+    ------
+    ValueError
+        The model has no polarisation, its lobe is too narrow for the quadrature, or more light is reflected than
+        arrives.
+
     """
     arriving = _arriving(model, values, theta_r, NODES[0])
     for nodes in NODES[1:]:

@@ -37,7 +37,12 @@ def test_models_json(run):
     listed = as_json(run, "models")
     assert [m["name"] for m in listed] == sorted(catalogue)
     lorentz = next(m for m in listed if m["name"] == "cauchy-lorentz")
-    assert set(lorentz) == {"name", "title", "cite", "confidence", "weights", "shape", "violates"}
+    assert set(lorentz) == {
+        *("name", "title", "cite", "source", "confidence", "equation", "equations", "weights", "shape", "violates")
+    }
+    assert lorentz["source"]["doi"] == "10.3390/photonics10070773"
+    assert lorentz["source"]["title"].startswith("A Modified BRDF Model")
+    assert lorentz["equations"]["kdd"] == [r"f_{dd} = \frac{1}{\pi}\,\frac{\gamma}{\theta_r^2 + \gamma^2}"]
     assert lorentz["weights"] == ["ks", "kdd", "kid"]
     assert lorentz["shape"][1] == {
         "name": "gamma",
@@ -157,6 +162,8 @@ def test_one_model_in_full(run):
         assert code == 0
         assert all(len(line) <= 80 for line in out.splitlines()), name
         assert catalogue[name].confidence in out
+        assert catalogue[name].source.title in " ".join(out.split())
+        assert f"docs/models/{name}.md" in out
         assert all(parameter in out for parameter in catalogue[name].parameters)
         assert "reflectance" in out
     assert "gamma / (math.pi * (g.theta_r_squared + gamma**2))" in run("models", "cauchy-lorentz")[1]
@@ -200,7 +207,7 @@ def test_fit_writes_its_results(run, scan_file, tmp_path):
     assert "results" in text
     names = {path.name for path in out.iterdir()}
     kinds = ("curves", "residuals", "components", "convergence")
-    assert names == {"solution.nc", "fit.json"} | {f"{k}.{s}" for k in kinds for s in ("png", "svg")}
+    assert names == {"solution.nc", "fit.json", "report.html"} | {f"{k}.{s}" for k in kinds for s in ("png", "svg")}
     code, _, err = run(*command)
     assert code == 1
     assert "--force" in err

@@ -2,9 +2,7 @@
 
 import shlex
 import shutil
-from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +12,7 @@ from gonio import Problem, catalogue, convert, fit, join, simulate, write
 from gonio.app.program import COMMANDS, EXAMPLES, app
 from gonio.resampling.resample import Filling
 from gonio.resampling.sources import SYMMETRIES
-from stacks import write_stack
+from stacks import one_after_another, only_here, write_stack
 
 PROGRAM = typer.main.get_command(app)
 LINES = [
@@ -56,6 +54,7 @@ def files(tmp_path_factory):
     (folder / "results").mkdir()
     smooth.save(folder / "results" / "solution.nc")
     (folder / "coating.yml").write_text(CONSTANTS)
+    (folder / "about.yml").write_text("sample: {name: panel 7, manufacturer: A. Painter}")
     rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
@@ -86,28 +85,13 @@ def _page(folder, seed, force, progress):
     return folder / "index.html"
 
 
-@contextmanager
-def _here(scheduler="", workers=0, preload=()):
-    from gonio.fitting.stack.cluster import Cluster
-
-    yield Cluster(SimpleNamespace(nthreads=lambda: {"here": 1}), "", is_local=True)
-
-
-def _one_after_another(client, run):
-    from gonio.fitting.stack.run import fit_block
-
-    run.begin()
-    for block in run.todo:
-        yield fit_block(run.job, block)
-
-
 def prepare(line, folder, monkeypatch):
     """What must be there before an example: an earlier one's output where it says --force, a stack."""
     command = line.split()[1]
     if command == "fit-stack":
         pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-        monkeypatch.setattr("gonio.fitting.stack.cluster.connected", _here)
-        monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", _one_after_another)
+        monkeypatch.setattr("gonio.fitting.stack.cluster.connected", only_here)
+        monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", one_after_another)
         write_stack(folder / "stack.zarr", {"sample": 4})
     elif command == "fit":
         shutil.rmtree(folder / "results")

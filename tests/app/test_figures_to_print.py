@@ -3,7 +3,7 @@
 import pytest
 from PIL import Image
 
-from gonio import catalogue, simulate, write
+from gonio import catalogue, join, simulate, write
 
 FIT = "fit s.csv --model lambert --out r --format pdf --size 85x60mm --font 8"
 PLOT = "plot s.csv --models lambert --out f.svg"
@@ -62,6 +62,56 @@ def test_a_fit_writes_its_figures_for_print(run, here):
     assert {path.suffix for path in (here / "r").iterdir()} == {".pdf", ".nc", ".json"}
 
 
+@pytest.mark.parametrize("model", ["--model lambert", "--model lambert,ggx"])
+def test_a_page_without_room_is_refused_before_the_fit(run, here, model, monkeypatch):
+    monkeypatch.setattr("gonio.app.commands.fit.answering.answer", lambda *_, **__: pytest.fail("the fit ran"))
+    for options in ("--size 30x30mm", "--size 85x60mm --font 20", "--size 85x60mm --title " + "x" * 500):
+        code, out, err = run("fit", "s.csv", *model.split(), "--out", "r", *options.split())
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert "curves: the figure has no room on" in err
+        assert "give a larger size" in err
+    assert [path.name for path in here.iterdir()] == ["s.csv"]
+
+
+def test_a_title_may_be_longer_than_the_name_of_a_file(run, here):
+    code, _, err = run(*PLOT.split(), "--title", "long " * 60)
+    assert code == 0, err
+
+
+def test_a_figure_that_shows_nothing_of_a_scan_does_not_cost_the_fit(run, here):
+    scan = simulate(catalogue["lambert"], {"rho": 0.5}, [10.0, 40.0], range(-60, 61, 10), noise=0.01)
+    scan["phi"].values[:] = 90.0
+    write(scan, here / "across.csv")
+    code, _, err = run("fit", "across.csv", "--model", "lambert", "--out", "r")
+    assert code == 0
+    assert err.count("this figure is left out: the scan holds no in-plane curve to draw") == 3
+    assert {path.name for path in (here / "r").iterdir()} == {"fit.json", "solution.nc"}
+
+
+def test_a_scan_of_several_wavelengths_is_drawn_over_them(run, here):
+    parts = {
+        f"{w:g}": simulate(catalogue["lambert"], {"rho": w / 1000}, [10.0, 40.0], range(-60, 61, 10), wavelength=w)
+        for w in (400.0, 500.0, 600.0)
+    }
+    write(join(parts).drop_vars("scan"), here / "w.csv")
+    command = ["plot", "w.csv", "--models", "lambert", "--figure", "spectrum", "--out", "f.svg", "--force"]
+    for options, words in (
+        ([], "θᵢ = 10°"),
+        (["--at", "40,20,0"], "θᵢ = 40°, θᵣ = 20°, φ = 0°"),
+        (["--at", "40,20"], "θᵢ = 40°, θᵣ = 20°, φ = 180°"),
+        (["--theta-i", "40"], "brightest direction"),
+    ):
+        code, _, err = run(*command, *options)
+        assert code == 0, err
+        text = (here / "f.svg").read_text(encoding="utf-8")
+        assert words in text
+        assert "wavelength [nm]" in text
+        assert "BRDF [sr⁻¹]" in text
+    code, _, err = run(*command, "--at", "40,21,180")
+    assert code == 1
+    assert "no value at θᵢ = 40°, θᵣ = 21°, φ = 180°: the nearest is at θᵢ = 40°, θᵣ = 20°, φ = 180°" in err
+
+
 def test_the_scale_and_the_angles_that_are_drawn(run, here):
     command = "plot s.csv --models lambert --out f.svg --force"
     for scale, rows in (("both", 2), ("log", 1), ("linear", 1)):
@@ -82,11 +132,16 @@ def test_the_scale_and_the_angles_that_are_drawn(run, here):
         ("--theta-i 95", "is not a list of angles from 0 to below 90 deg"),
         ("--theta-i x", "an angle of --theta-i 'x' is 'x', not a number"),
         ("--figure errors --theta-i 10", "errors shows all incidence angles"),
-        ("--figure errors --scale log", "errors shows all incidence angles"),
+        ("--figure errors --scale log", "errors has its own scales: leave --scale out, or draw curves,"),
         (
             "--figure residuals --scale log",
-            "residuals has its own scales: leave --scale out, or draw curves or components",
+            "residuals has its own scales: leave --scale out, or draw curves, components, spectrum, polar or lobe",
         ),
+        ("--at 10,10,180", "curves shows all directions: leave --at out, or draw spectrum"),
+        ("--figure spectrum", "spectrum shows several wavelengths or channels, and the scan has one: draw curves"),
+        ("--figure spectrum --at 10,10,180 --theta-i 10", "leave --theta-i out"),
+        ("--figure spectrum --at 10,95,180", "theta_r = 95 in --at '10,95,180' is outside 0 to 90 deg"),
+        ("--figure lobe --theta-i 10,40 --size 85x60mm --font 8", "lobe has room for 1 of 2 incidence angles"),
         ("--theta-i 10,40 --size 40x60mm --font 8", "curves has room for 1 of 2 incidence angles: name fewer"),
     ],
 )

@@ -130,7 +130,7 @@ def test_a_number_out_of_its_bounds_is_refused():
 
 
 def test_the_pages_are_current():
-    """docs/command-line.md and the man page say what the commands declare; `make docs` writes them."""
+    """docs/command-line.md and the man page say what the commands declare; `make pages` writes them."""
     sys.path.insert(0, str(ROOT / "docs" / "pages"))
     try:
         made = loaded(ROOT / "docs" / "pages" / "command_line.py")

@@ -6,9 +6,10 @@ import pytest
 from gonio import catalogue, sample, simulate, write
 from pages import NOT_RUN, Reader, blocks, compare
 from places import ROOT
+from stacks import one_after_another, only_here
 
 GENERATED = ("command-line.md", "formats.md")  # of which other tests run or hold what they show
-OWN_TESTS = ("tables.md", "adding-a-model.md")  # tests/tables/test_page.py, tests/test_adding_a_model.py
+OWN_TESTS = ("figures.md", "tables.md")  # tests/printed/test_page.py, tests/tables/test_page.py
 WHOLE = ("tutorial.md",)  # tries every model; the others a few, as all take ten seconds
 PAGES = [
     path
@@ -24,6 +25,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     scan = sample("coating")
     write(scan, tmp_path / "scan.csv")
+    monkeypatch.setattr("gonio.fitting.stack.cluster.connected", only_here)  # fit-stack without other processes
+    monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", one_after_another)
     (tmp_path / "wafers").mkdir()
     for k in (1, 2, 10):
         values = {"rho_s": 0.2, "rho_d": 0.01 * k, "width": 0.3}
@@ -47,7 +50,7 @@ def test_why_a_block_is_not_run_is_one_of_few_reasons():
     assert all(any(reason.startswith(known) for known in REASONS) for reason in reasons), reasons
 
 
-REASONS = ("the files are yours", "needs ", "installs ", "takes ")
+REASONS = ("the files are yours", "needs ", "installs ", "is part of ")
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from gonio.plotting.panels import panel_curves
 from gonio.plotting.profiles import profiles
 from gonio.plotting.spectra import spectra
 from gonio.plotting.style import COLOURS, save, symbol
-from gonio.results.figures import View
+from gonio.results.view import View
 
 pytestmark = pytest.mark.xdist_group("figures")  # one process, which fits and draws once
 AT, RISE = np.array([30.0, 40.0, 50.0, 70.0, 90.0]), np.array([-3.0, -1.0, 0.0, 1.5, 3.0])

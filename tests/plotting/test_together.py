@@ -8,7 +8,7 @@ from gonio.app.views.figures import draw
 from gonio.comparison.ranking import compare
 from gonio.measured.dataset import select
 from gonio.plotting.panels import parted
-from gonio.results.figures import View
+from gonio.results.view import View
 
 pytestmark = pytest.mark.xdist_group("figures")
 

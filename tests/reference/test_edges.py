@@ -8,7 +8,7 @@ import pytest
 
 from gonio import Geometry, catalogue
 from gonio.models.schott2009 import _tilt_integral
-from gonio.optics.masking import maxwell_beard, v_groove
+from gonio.optics.masking import shadowing_and_obscuration, v_groove
 from gonio.optics.wu import shadowing
 
 LEAST = 1e-6  # formulas 0: cosines are kept above this
@@ -54,7 +54,7 @@ def test_nothing_hides_a_facet_from_above():
     g = Geometry.from_degrees(0.0, 0.0)
     assert float(v_groove(g)) == 1.0
     assert float(shadowing(g)) == 1.0
-    assert float(maxwell_beard(g, np.asarray(14.0), np.asarray(40.0))) == 1.0
+    assert float(shadowing_and_obscuration(g, np.asarray(14.0), np.asarray(40.0))) == 1.0
 
 
 def test_smooth_surfaces_where_all_light_goes_by():

@@ -1,5 +1,6 @@
 """gonio.plot and Solution.plot: every figure of every kind of fit, on axes of one's own too, and reports as files."""
 
+import re
 import xml.etree.ElementTree as ET
 
 import matplotlib as mpl
@@ -95,10 +96,8 @@ def test_a_report_is_a_page_with_its_figures(single, tmp_path):
     path = single.report(tmp_path / "report.html")
     page = path.read_text(encoding="utf-8")
     root = ET.fromstring(page.partition("\n")[2])
-    assert len(root.findall(".//{http://www.w3.org/2000/svg}svg")) == 2
-    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
-        "http://creativecommons.org", ""
-    ).replace("https://matplotlib.org", "")
+    assert len(root.findall(".//{http://www.w3.org/2000/svg}svg")) == 4  # conventions, two curves, residuals
+    assert not re.search(r"(?:src|href)=.http", page)  # nothing is loaded; a citation may name its DOI
     with pytest.raises(FileExistsError):
         single.report(path)
     single.report(path, force=True)

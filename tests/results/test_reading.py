@@ -80,7 +80,8 @@ def test_files_with_hostile_names(name, tmp_path):
     solution.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     ET.fromstring(page.partition("\n")[2])
-    assert "script" not in Names(page).elements
+    assert [element for element in Names(page).elements if element == "script"] == ["script"]  # which holds the data
+    assert '<script type="application/json"' in page
 
 
 @pytest.mark.parametrize("groups", [40, 400])

@@ -3,8 +3,8 @@
 - A block after a line that ends in "`NAME`:" is the file NAME.
 - `python` is run; all blocks of a page share their names.
 - `sh` holds commands of gonio, one a line.
-- `text` is what the block before printed, white space apart. Numbers may differ in their last digits, and `...` stands
-  for anything. Without a block before it, it is an illustration.
+- `text` right below is what that block printed, white space apart. Numbers may differ in their last digits, and `...`
+  stands for anything. Elsewhere it is an illustration.
 - `sh not run: WHY` and `python not run: WHY` need what a test has not: another program, a cluster, the reader's files.
 """
 
@@ -35,19 +35,23 @@ class Block:
     note: str
     text: str
     file: str  # the name of the file that it is; nothing where it is none
+    follows: bool  # whether it stands right below another block
 
 
 def blocks(page: Path) -> list[Block]:
     """Every block of a page, those by indentation too, of which the language is empty."""
     tokens = MarkdownIt().parse(page.read_text(encoding="utf-8"))
     out: list[Block] = []
-    before = ""
+    before, last = "", ""
     for token in tokens:
         if token.type in ("fence", "code_block"):
             language, _, note = token.info.partition(" ")
             name = re.search(r"`([\w./-]+)`:$", before.strip())
-            out.append(Block(token.map[0] + 2, language, note, token.content, name[1] if name else ""))
+            out.append(
+                Block(token.map[0] + 2, language, note, token.content, name[1] if name else "", last == token.type)
+            )
         before = token.content if token.type in ("inline", "fence") else before
+        last = token.type
     return out
 
 
@@ -71,7 +75,9 @@ class Reader:
             elif block.language in ("python", "sh"):
                 self.ran = True
                 self._run(block, where)
-            elif block.language == "text" and ran:
+            elif block.language.startswith("{"):  # a directive of the site, which its build runs
+                self.ran = ran
+            elif block.language == "text" and ran and block.follows:
                 compare(block.text, self.printed, where)
             else:
                 assert block.language in SHOWN, f"{where}: nothing runs a block of {block.language or 'no language'}"

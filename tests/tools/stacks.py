@@ -9,7 +9,9 @@ import signal
 import sys
 import time
 import warnings
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,23 @@ from gonio import catalogue, simulate
 from gonio.fitting.stack.run import StackFit
 
 LAMBERT = catalogue["lambert"]
+
+
+@contextmanager
+def only_here(scheduler="", workers=0, preload=()):
+    """In place of `fitting.stack.cluster.connected`: this process alone, without workers."""
+    from gonio.fitting.stack.cluster import Cluster
+
+    yield Cluster(SimpleNamespace(nthreads=lambda: {"here": 1}), "", is_local=True)
+
+
+def one_after_another(client, run):
+    """In place of `fitting.stack.cluster.fit_blocks`: every block in this process."""
+    from gonio.fitting.stack.run import fit_block
+
+    run.begin()
+    for block in run.todo:
+        yield fit_block(run.job, block)
 
 
 def write_stack(path: Path, lanes: dict[str, int], chunk: int = 8, seed: int = 0) -> xr.Dataset:

@@ -2,15 +2,12 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from gonio.fitting.objective.from_scan import HALF_WIDTH, constants_at
 from gonio.fitting.objective.options import Grouping, Held
 from gonio.fitting.objective.smooth import Smooth, Smoothing
-from gonio.options import one_of
-from gonio.plotting.page import FORMATS
 from gonio.polarisation import stokes as check_stokes
 
 NEXT_PAIR = re.compile(r",(?=\s*\w[\w-]*(?:\[[^\]]*\])?\s*=)")  # the comma before a further name=
@@ -158,17 +155,3 @@ def incidence_angles(text: str) -> list[float]:
     if not angles or not all(0 <= angle < 90 for angle in angles):
         raise ValueError(f"--theta-i {text!r} is not a list of angles from 0 to below 90 deg")
     return angles
-
-
-def figure_target(out: str, formats: Sequence[str]) -> tuple[Path, tuple[str, ...]]:
-    """Where a figure goes and in which formats: that of the suffix, or those given, as `.png`, without one.
-
-    A dot before a digit, as in `width-0.5`, begins no suffix. ValueError for a suffix of no format of figures.
-    """
-    path = Path(out)
-    if path.suffix.lower().removeprefix(".") in FORMATS:
-        return path.with_suffix(""), (path.suffix,)
-    if path.suffix[1:2].isalpha():
-        known = one_of(f".{name}" for name in FORMATS)
-        raise ValueError(f"{out}: figures are written as {known}, not {path.suffix}: choose one of these")
-    return path, tuple(formats)

@@ -77,7 +77,14 @@ def _paths(value: Any) -> list[Path]:
     """What a value of the command line names that is there: a file may be given where a name may stand."""
     texts = value if isinstance(value, list | tuple) else [value]
     paths = [Path(text) for text in texts if isinstance(text, str | Path) and str(text)]
-    return [path for path in paths if len(str(path)) < MOST_CHARACTERS and path.exists()]
+    return [path for path in paths if len(str(path)) < MOST_CHARACTERS and _is_there(path)]
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a text that no file can be called, such as a long title
+        return False
 
 
 def with_options(command: Callable[..., None], in_place: str = "") -> Callable[..., None]:

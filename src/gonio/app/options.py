@@ -6,6 +6,7 @@ A command takes a dataclass as one argument; on the command line each of its fie
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -15,7 +16,7 @@ from gonio.app import arguments
 from gonio.app.names import formats_written, models, models_or_groups
 from gonio.findings.corrections import Corrections
 from gonio.options import Option, Panel
-from gonio.plotting.page import Page, drawn_on
+from gonio.plotting.page import Page, drawn_on, target_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,6 +107,19 @@ class OutputOptions:
                 show(part)
 
 
+class Scale(StrEnum):
+    """The scale of an axis of values."""
+
+    BOTH = "both"
+    LINEAR = "linear"
+    LOG = "log"
+
+    @property
+    def scales(self) -> tuple[str, ...]:
+        """The scales by name, linear first."""
+        return ("linear", "log") if self is Scale.BOTH else (self.value,)
+
+
 @dataclass(frozen=True, kw_only=True)
 class FigureOptions:
     """The page of a figure, where it goes, and whether it may be written over what is there."""
@@ -119,7 +133,7 @@ class FigureOptions:
 
     def target(self, name: str) -> tuple[Path, tuple[str, ...]]:
         """Where the figure goes, `name` where no place is given, and its suffixes; ValueError for another suffix."""
-        return arguments.figure_target(self.out, self.page.suffixes) if self.out else (Path(name), self.page.suffixes)
+        return target_of(self.out, self.page.suffixes) if self.out else (Path(name), self.page.suffixes)
 
     def save(self, draw: "Callable[[], Figure]", name: str) -> None:
         """Draw the figure for the page, write it, under `name` where no place is given, and say where it is."""

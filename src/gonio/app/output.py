@@ -2,6 +2,8 @@
 
 import json
 import math
+import shlex
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "LEVEL",
     "Plain",
+    "command_line",
     "console",
     "emit_json",
     "faint",
@@ -35,6 +38,11 @@ __all__ = [
 ]
 
 STANDARD_OUTPUT = Path("standard output")  # what an error calls it, which may go to a file on a full disk
+
+
+def command_line() -> str:
+    """What was typed, as a shell takes it."""
+    return shlex.join(["gonio", *sys.argv[1:]])
 
 
 def console() -> "Console":

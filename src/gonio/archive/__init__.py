@@ -27,14 +27,37 @@ def fetch(
     accept: Callable[[Collection], None] = lambda collection: None,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Path:
-    """The path of the public file `collection/file`, downloaded unless it exists already.
+    """Download a public file, unless it is there already, and give its path.
 
-    `base_url` is a mirror with the same paths as the archive. `folder` is where the file is written; by default it is
-    a folder of the collection in the cache. `accept` is called with the collection before its first download, to show
-    licence and citation; an exception that it raises stops the download. `progress` gets the share that has arrived.
-    Raises KeyError with the nearest names, ValueError where the archive's file is not the expected one, OSError where
-    the archive does not answer, FileExistsError where `folder` has another file of that name, FileNotFoundError where
-    it would be made in a folder that is not there.
+    Parameters
+    ----------
+    name : str
+        `collection/file`, such as `merl/aluminium`.
+    base_url : str
+        A mirror with the same paths as the archive.
+    folder : str or Path, optional
+        Where the file is written, by default a folder of the collection in the cache.
+    accept : callable
+        Called with the collection before its first download, to show licence and citation; an exception that it raises
+        stops the download.
+    progress : callable
+        Called with the part that has arrived, 0 to 1.
+
+    Returns
+    -------
+    Path
+        The file, checked by its SHA-256.
+
+    Raises
+    ------
+    KeyError
+        No such file; the message has the nearest names.
+    ValueError
+        The archive's file is not the expected one.
+    OSError
+        The archive does not answer. FileExistsError where `folder` has another file of that name, FileNotFoundError
+        where it would be made in a folder that is not there.
+
     """
     collection, file = named(name)
     root = cache() / collection.name if folder is None else Path(folder)

@@ -213,17 +213,47 @@ def fit(
     asked: Asked | None = None,
     **options: Any,
 ) -> Solution:
-    """The fit of a problem, or the best fit of a scan.
+    """Fit a scan: by the best of many models, by one, or as a problem says.
 
-    problem: a Problem, whose values of least E are found (`gonio.fitting.fit`); or a scan. Of a scan the whole
-    catalogue is tried, or `model` (a name, a Model or several of them), under the weighting that the data ask for, and
-    ranked by what each predicts at directions that its fit was not shown; `solution.answer` has the verdict.
+    Without a model the whole catalogue is tried, under the weighting that the data ask for, and ranked by what each
+    model predicts at directions that its fit was not shown.
 
-        gonio.fit(scan)
-        gonio.fit(scan, "ggx", held={"index": 1.5})
+    Parameters
+    ----------
+    problem : xarray.Dataset or Problem
+        A scan; or a Problem, whose values of least E (guo2023, eq 11) are found.
+    model : Model, str, or a sequence of them
+        The models to try, by name or as objects; none stands for the whole catalogue. A Problem has its own.
+    solver : Solver, optional
+        `gonio.fitting.Projection()` unless another is given.
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+    covariance : str
+        `robust` and `scaled` estimate the noise from the residuals; `absolute` takes the standard uncertainty that the
+        scan states.
+    asked : Asked, optional
+        How the best of several models is looked for.
+    **options
+        For a scan the options of a `Problem`, such as `held={"index": 1.5}`.
 
-    asked: how the best of several models is looked for. options: those of a Problem, for a scan. Raises ValueError for
-    options beside a Problem, which has its own, and for a name that is no model's; and as `gonio.fitting.fit` does.
+    Returns
+    -------
+    Solution
+        Values, uncertainties, status and metrics; `solution.answer` has the verdict and the models that were tried. A
+        search that does not end at a good minimum raises nothing: the status says what is wrong.
+
+    Raises
+    ------
+    ValueError
+        Options are given beside a Problem, a model is not known, or the data do not allow what is asked for.
+
+    Examples
+    --------
+    >>> import gonio
+    >>> solution = gonio.fit(gonio.sample("coating"), "ggx", held={"index": 1.5, "extinction": 0.0})
+    >>> str(solution.status)
+    'converged'
+
     """
     if isinstance(problem, Problem):
         if model or options or asked:

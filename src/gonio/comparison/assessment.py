@@ -23,12 +23,30 @@ VALIDATED = ("log10_rmse", "delta", "E")  # metrics of what was left out
 class Row:
     """One fit of one scan, and how good it is: a row of a ranking.
 
-    metrics: over all points in use, by name of METRICS. judged: how many of them lg RMSE leaves out or floors.
-    by_incidence: the same for each incidence angle [deg]. aicc,
-    bic: information criteria. farthest: largest theta_r [deg] of the scan. metric: that of the weighting, by which
-    models of the scan are ranked. validated: metrics over the points that were left out, and by_fold: `metric` of each
-    left-out part; both empty where nothing was left out. left_out: what was left out, as `hold_out.folds` takes it.
-    judged_left_out: as judged, of the points that were left out.
+    Parameters
+    ----------
+    solution : Solution
+        The fit.
+    free_parameters : int
+        How many values were free.
+    metrics : mapping
+        Over all points in use, by name of METRICS.
+    judged, judged_left_out : Judged
+        How many of the points lg RMSE leaves out or floors: of all, and of those that were left out.
+    by_incidence : mapping
+        The metrics for each incidence angle [deg].
+    aicc, bic : float
+        Information criteria.
+    farthest : float
+        Largest theta_r [deg] of the scan.
+    metric : str
+        The metric of the weighting, by which models of the scan are ranked.
+    left_out : str
+        What was left out, as `hold_out.folds` takes it; empty where nothing was.
+    validated, by_fold : mapping
+        The metrics over the points that were left out, and `metric` of each left-out part; both empty where nothing
+        was.
+
     """
 
     solution: Solution
@@ -109,11 +127,30 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
 
 
 def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> Row:
-    """The row with metrics of its model over parts of the scan that the fit did not use (cross-validation).
+    """Cross-validate one fit: predict the parts of a scan that the fit is not shown.
 
-    by: what is left out in turn, as `certainty.hold_out.folds` takes it; settled: as `predictions` takes it.
-    `validated` holds the metrics over all left-out points, `by_fold` the metric of the weighting of each part, with the
-    floor of the whole scan and the weights of the fit. Raises ValueError where a part cannot be predicted.
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    row : Row
+        Its fit, as `assess` or `gonio.compare` gives it.
+    by : str
+        What is left out in turn: `theta_i`, `out-of-plane`, or a number of blocks.
+    settled : float
+        The relative change of E at which the search of a part ends, as `predictions` takes it.
+
+    Returns
+    -------
+    Row
+        The row with `validated`, the metrics over all left-out points, and `by_fold`, the metric of the weighting for
+        each part, with the floor of the whole scan and the weights of the fit.
+
+    Raises
+    ------
+    ValueError
+        A part cannot be predicted.
+
     """
     modelled, parts = predictions(problem, row.solution, by, settled)
     # not where the prediction is finite: every model answers for the same points

@@ -93,11 +93,25 @@ def judged(points: xr.Dataset, modelled: Values, floor: float | None = None) -> 
 def metrics(
     points: xr.Dataset, modelled: Values, weights: Values | None = None, floor: float | None = None
 ) -> dict[str, float]:
-    """Every metric of METRICS between the BRDF of a flat scan and `modelled` at the same directions.
+    """Every metric of METRICS between the BRDF of a flat scan and modelled values at the same directions.
 
-    `weights` are those of E (eq 11), 1 where None. `floor` is `least` of the whole scan, where the points are a part of
-    one; None takes that of the points. A metric that the data do not allow is NaN: delta and log10_rmse without
-    positive values, nrmse without a curve that holds its specular angle. So is one with a modelled value that is NaN.
+    Parameters
+    ----------
+    points : xarray.Dataset
+        A flat scan.
+    modelled : array
+        Values (points,) in its unit.
+    weights : array, optional
+        The weights (points,) of E (guo2023, eq 11); 1 where None.
+    floor : float, optional
+        `least` of the whole scan, where the points are a part of one; None takes that of the points.
+
+    Returns
+    -------
+    dict
+        Each metric by name. A metric that the data do not allow is NaN: delta and log10_rmse without positive values,
+        nrmse without a curve that holds its specular angle. So is one with a modelled value that is NaN.
+
     """
     measured = points["brdf"].values
     weights = np.ones_like(measured) if weights is None else weights

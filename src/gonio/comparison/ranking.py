@@ -42,15 +42,40 @@ def compare(
     progress: Progress = silent,
     **options: Any,
 ) -> list[Row]:
-    """Fit several models to one scan and order them by a metric, the best first, ties by fewer free values.
+    """Fit several models to one scan, and rank them by a metric: the best first, ties by fewer free values.
 
-    by: a name of METRICS; without one the metric of the weighting, which the fits minimise: lg RMSE for logarithms, E
-    for all others. left_out: `theta_i`, `out-of-plane`, or a number of blocks: each model is validated on what
-    is left out in turn, and the order is by the metric of that.
-    workers: processes that share the models (`processes.results`); results do not depend on their number.
-    options: those of ProblemOptions, with `weighting` from the data unless one is named. Names of parameters apply to
-    the models that have them.
-    Raises ValueError for a name that none of the models has, or a metric that does not exist.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    models : sequence of Model
+        The models, such as `list(gonio.catalogue.values())`.
+    by : str
+        A name of `gonio.comparison.METRICS`. Without one it is the metric that the fits minimise: lg RMSE for
+        logarithms, E for all other weightings.
+    left_out : str
+        `theta_i`, `out-of-plane`, or a number of blocks: what is left out in turn and predicted from the rest. The
+        order is then by the metric of these predictions.
+    solver : Solver, optional
+        `gonio.fitting.Projection()` unless another is given.
+    workers : int
+        Processes that share the models. Results do not depend on their number.
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+    **options
+        Those of a `Problem`, with `weighting` from the data unless one is named. Names of parameters apply to the
+        models that have them.
+
+    Returns
+    -------
+    list of Row
+        For each model its `solution`, `metrics`, `validated` metrics, AICc and BIC.
+
+    Raises
+    ------
+    ValueError
+        No model has a parameter of that name, or there is no such metric.
+
     """
     if by and by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")

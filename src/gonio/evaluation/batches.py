@@ -36,17 +36,41 @@ def evaluate(
     chunk: int = 0,
     out: Array | None = None,
 ) -> Array:
-    """BRDF [1/sr] of `model` for pairs of unit vectors, `wi` to the source and `wo` to the detector.
+    """Compute the BRDF [1/sr] of a model for many pairs of directions, in bounded memory.
 
-    Directions are arrays (..., 3) or tuples of three arrays x, y and z, which is the fast form. They broadcast against
-    the `values` of weights and shape parameters, which are as in calling the model. NumPy arrays, memory-mapped ones
-    too, are read `chunk` pairs at a time and give a NumPy array. JAX arrays stay on their device. `out` takes the
-    result, which saves the time in which the system provides new memory: a C-contiguous NumPy array of its shape and
-    precision, or a JAX array, which JAX then deletes.
-    `library` is "jax", which compiles once a model, or "numpy". `precision` is "float32" or "float64", by default that
-    of the directions. `device` is "cpu", "gpu" or another that JAX knows, by default where JAX computes.
-    Raises ValueError where JAX is missing or has no such device, for directions of wrong shape or length, unknown
-    names or precisions, an unsuitable `out`, and within a function that JAX traces: that must call the model itself.
+    Parameters
+    ----------
+    model : Model
+        The model.
+    wi, wo : array_like
+        Unit vectors (..., 3) to the source and to the detector, or tuples of three arrays x, y and z, which is the
+        fast form. NumPy arrays, memory-mapped ones too, are read `chunk` pairs at a time and give a NumPy array. JAX
+        arrays stay on their device.
+    values : mapping
+        Weights and shape parameters, as in calling the model; they broadcast against the directions.
+    library : str
+        "jax", which compiles once a model, or "numpy".
+    precision : str
+        "float32" or "float64", by default that of the directions.
+    device : str
+        "cpu", "gpu" or another that JAX knows, by default where JAX computes.
+    chunk : int
+        Pairs of directions at a time; 0 takes what suits the device.
+    out : array, optional
+        Takes the result, which saves the time in which the system provides new memory: a C-contiguous NumPy array of
+        its shape and precision, or a JAX array, which JAX then deletes.
+
+    Returns
+    -------
+    array
+        The BRDF (...), zero where a direction is below the horizon.
+
+    Raises
+    ------
+    ValueError
+        JAX is missing or has no such device; directions are of wrong shape or length; a name or precision is not
+        known; `out` does not suit; or JAX traces the function that calls this, which must call the model itself.
+
     """
     if library not in ("jax", "numpy"):
         raise ValueError(f"library is 'jax' or 'numpy', not {library!r}")

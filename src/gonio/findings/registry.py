@@ -59,11 +59,23 @@ NAMES = tuple(name for names in MISTAKES for name in names)
 
 
 def check(scan: xr.Dataset, table: Sequence[Reflectance] = ()) -> list[Finding]:
-    """Everything that is wrong with a scan, the worst first; an empty list where nothing is.
+    """Look for everything that is wrong with a scan.
 
     Errors stop every fit; warnings say what may be wrong and what would mend it (docs/findings.md); notes inform.
-    table: the reflectances of a table over the hemisphere (`gonio.resampling.hemisphere`), where they were integrated,
-    which takes up to seconds; without them energy is judged by what was measured in plane.
+
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    table : sequence of Reflectance
+        The reflectances of a table over the hemisphere (`gonio.resampling.hemisphere`), where they were integrated,
+        which takes up to seconds; without them energy is judged by what was measured in plane.
+
+    Returns
+    -------
+    list of Finding
+        The findings, the worst first, each with what is wrong, where, and the remedy; empty where nothing is.
+
     """
     found = basic(scan)
     if any(finding.name in UNREADABLE for finding in found):

@@ -1,13 +1,13 @@
 """What people ask of a fit: its points and predictions, its residuals and metrics, tables, reports and figures.
 
 A fit of one scan keeps the points that it was fitted to (`scan`). What is computed with the rooms above this one is in
-`gonio.results`: a solution finds these functions there by their names, on first use, as `gonio` finds its public names.
+`gonio.results` and `gonio.reporting`: a solution finds these functions there by their names, on first use, as `gonio`
+finds its public names.
 So a report knows solutions, and a solution depends on no report, on Matplotlib or on pandas.
 """
 
 import functools
 import importlib
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,25 +48,39 @@ class Readable:
         kept.pop("weight")
         coords = {name: kept.pop(name) for name in list(kept) if name not in ("brdf", "uncertainty")}
         history = str(self.dataset.attrs["data_history"])
-        simulated = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)
         scan = xr.Dataset(
             {name: (v.dims, v.values, {"units": self.dataset.attrs["unit"]}) for name, v in kept.items()},
             coords={
                 n: (v.dims, v.values, {"units": "degree"} if n in scans.DIRECTIONS else {}) for n, v in coords.items()
             },
-            attrs={"history": history} | ({"simulated": simulated[1]} if simulated else {}),
+            attrs={"history": history} | scans.said_to_be_simulated(history),
         )
         if "wavelength" in scan.coords:
             scan["wavelength"].attrs["units"] = "nm"
         return scan
 
     def predict(self, where: "xr.Dataset | Geometry", **coordinates: Any) -> xr.DataArray:
-        """The fitted BRDF [unit of the fit] at directions, as the instrument of the fit reads it.
+        """The fitted BRDF at directions, as the instrument of the fit reads it.
 
-        where: a scan, or a Dataset of directions, flat or on a grid; or a Geometry of any shape. coordinates: values of
-        `wavelength`, `channel`, `scan` .. that the directions do not say themselves, one for all of them.
-        Returns a DataArray on the dimensions of the scan with its coordinates, NaN where a node is below the horizon.
-        Raises ValueError where a direction belongs to no group of the fit, or does not say to which one.
+        Parameters
+        ----------
+        where : xarray.Dataset or Geometry
+            A scan, or a Dataset of directions [deg], flat or on a grid; or a Geometry of any shape.
+        **coordinates
+            Values of `wavelength`, `channel`, `scan` .. that the directions do not say themselves, one for all of
+            them.
+
+        Returns
+        -------
+        xarray.DataArray
+            Values [unit of the fit] on the dimensions of the scan with its coordinates, NaN where a node is below the
+            horizon.
+
+        Raises
+        ------
+        ValueError
+            A direction belongs to no group of the fit, or does not say to which one.
+
         """
         return _reader("predicted")(self, where, coordinates)
 
@@ -84,26 +98,69 @@ class Readable:
         return _reader("metrics_of")(self)
 
     def to_dataframe(self) -> "DataFrame":
-        """A pandas DataFrame of one row a value: `parameter`, `set`, `value`, `unit`, `standard uncertainty`, `low`,
-        `high` and `status`.
+        """The values as a table of pandas, one row a value.
 
-        set: the group of the value, as `theta_i=30`, empty for a value that holds everywhere. low, high: the 95 %
-        interval within the bounds of the fit. status: fitted, at its bound, not determined or held.
-        Raises ImportError where pandas is not installed.
+        Returns
+        -------
+        pandas.DataFrame
+            `parameter`; `set`, the group of the value, as `theta_i=30`, empty for a value that holds everywhere;
+            `value`, `unit`, `standard uncertainty`; `low` and `high`, the 95 % interval within the bounds of the fit;
+            and `status`: fitted, at its bound, not determined or held.
+
+        Raises
+        ------
+        ImportError
+            Pandas is not installed.
+
         """
         return _reader("dataframe")(self)
 
-    def plot(self, kind: str = "curves", ax: "Axes | None" = None) -> "Figure":
-        """A Matplotlib Figure of the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` draws it."""
-        return _reader("plot")(self.scan, self, kind, ax)
+    def plot(self, kind: str = "curves", ax: "Axes | None" = None, **words: Any) -> "Figure":
+        """Draw the fit with its scan, as `gonio.plot(solution.scan, solution, kind, ax)` does.
 
-    def report(self, path: str | Path, force: bool = False) -> Path:
-        """Write what `print(solution)` says, as a page with figures for `.html`, or as text for `.md` and `.txt`.
+        Parameters
+        ----------
+        kind : str
+            `curves`, `residuals` or another kind of `gonio.plot`.
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw `curves` or `residuals` on.
+        **words
+            Those of `gonio.plot`, such as `size="85x60mm"` and `font=8`.
 
-        Returns the path. Raises FileExistsError where the file exists, without `force`, and ValueError for another
-        suffix.
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The figure, not yet saved unless `out` names a file.
+
         """
-        return _reader("write")(self, Path(path), force)
+        return _reader("plot")(self.scan, self, kind, ax, **words)
+
+    def report(self, path: str | Path, force: bool = False, about: Any = None) -> Path:
+        """Write a report: a page with figures, tables and checks, or what `print(solution)` says as text.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file: `.html` for the page, `.md` or `.txt` for text.
+        force : bool
+            Whether a file that exists is replaced.
+        about : mapping or path, optional
+            What a scan cannot say of the sample and the instrument, as `gonio.report` takes it.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        FileExistsError
+            The file exists, and `force` is not set.
+        ValueError
+            The suffix is another.
+
+        """
+        return _reader("report", "gonio.reporting")(self, path, about=about, force=force)
 
     def __repr__(self) -> str:
         return _reader("in_a_line")(self)
@@ -114,9 +171,9 @@ class Readable:
 
     def _repr_html_(self) -> str:
         """The same report as a fragment of HTML for notebooks, below 20 kB."""
-        return _reader("as_html")(self)
+        return _reader("as_html", "gonio.reporting")(self)
 
 
-def _reader(name: str) -> Any:
-    """A function of `gonio.results`, by name: reports and figures know a Solution, and never the reverse."""
-    return getattr(importlib.import_module("gonio.results"), name)
+def _reader(name: str, room: str = "gonio.results") -> Any:
+    """A function of the rooms above, by name: reports and figures know a Solution, and never the reverse."""
+    return getattr(importlib.import_module(room), name)

@@ -39,10 +39,18 @@ TOGETHER = 2**16  # directions that are evaluated at once: more take more memory
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution(Readable):
-    """A fitted model: its declaration, and a Dataset over `parameter` with the content that `fitting.schema` declares.
+    """A fitted model: its values with their uncertainties, how the search ended, predictions, reports and figures.
 
     The dimension `parameter` has a place for each value of the model, held ones too. A parameter with one value for
     each group of directions takes several places, named `ks[30]`, `ks[45]` by the labels of the groups.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Values over `parameter`, with the content that `fitting.schema` declares.
+    model : Model
+        The declaration of the model.
+
     """
 
     dataset: xr.Dataset

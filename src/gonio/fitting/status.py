@@ -9,6 +9,10 @@ from enum import StrEnum
 # What files say that were written before the words became clearer.
 AT_BOUND_BEFORE = "converged with a value at its bound: the data would have it beyond, or do not determine it"
 
+NOT_WEIGHED_BEFORE = (
+    "not fitted: some values have no weight, as relative weighting gives none to what is not positive, or no square"
+)
+
 
 class Status(StrEnum):
     """How a search ended; each value is the message, whose part before the colon can stand alone.
@@ -26,12 +30,13 @@ class Status(StrEnum):
     NO_POINTS = "not fitted: every value is masked or missing"
     ALL_ZERO = "not fitted: every value is zero"
     NOT_WEIGHED = (
-        "not fitted: some values have no weight, as relative weighting gives none to what is not positive, or no square"
+        "not fitted: some values have no weight, as log and relative weighting give none to what is not positive, "
+        "or no square"
     )
 
     @classmethod
     def _missing_(cls, value: object) -> "Status | None":
-        return cls.AT_BOUND if value == AT_BOUND_BEFORE else None
+        return {AT_BOUND_BEFORE: cls.AT_BOUND, NOT_WEIGHED_BEFORE: cls.NOT_WEIGHED}.get(str(value))
 
 
 STATUSES = tuple(Status)  # their order gives the integers that stand for them, which stores of results hold

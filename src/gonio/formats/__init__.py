@@ -86,7 +86,27 @@ def _head(path: Path) -> bytes:
 
 
 def read(path: str | Path) -> xr.Dataset:
-    """Read a scan from a file of any known format. Raises FormatError with the file, the place in it and the remedy."""
+    """Read a scan from a file of any known format, which is recognised by its content.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, or the folder of a Zarr store.
+
+    Returns
+    -------
+    xarray.Dataset
+        `brdf` [1/sr, or relative values in "a.u."] over directions in degrees, with `uncertainty` and `mask` where the
+        file has them, and what was done to the data in the attribute `history`.
+
+    Raises
+    ------
+    FormatError
+        A ValueError: the file is damaged, or of no known format. It names the file, the place in it and the remedy.
+    FileNotFoundError
+        There is no such file.
+
+    """
     recognised = recognise(path)
     scan = recognised.read(Path(path))
     logging.getLogger(__name__).info(
@@ -118,11 +138,32 @@ def writer(path: str | Path, to: str = "") -> Format:
 
 
 def write(scan: xr.Dataset, path: str | Path, force: bool = False, to: str = "") -> Format:
-    """Write a scan in the format of the path's suffix, or the format named `to`; returns that format.
+    """Write a scan in the format of the path's suffix, or in the format named `to`.
 
-    Raises FileExistsError where the file exists, unless `force` is set. Raises ValueError as `writer` does, and for a
-    scan that the format cannot hold as it is; `gonio.convert` makes a scan that it can hold. Also for a Dataset that is
-    no scan: without brdf or an angle, or with angles that do not say that they are in degrees.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan. What a format cannot hold is refused here; `gonio.convert` makes a scan that it can hold.
+    path : str or Path
+        Where the file is written.
+    force : bool
+        Whether a file that exists is replaced.
+    to : str
+        The name of a format, where the suffix does not tell: `gonio formats` lists them.
+
+    Returns
+    -------
+    Format
+        The format that was written.
+
+    Raises
+    ------
+    FileExistsError
+        The file exists, and `force` is not set.
+    ValueError
+        The format is not known, is only read, or cannot hold the scan as it is; or the Dataset is no scan: without
+        `brdf` or an angle, or with angles that do not say that they are in degrees.
+
     """
     _refuse_no_scan(scan)
     path = Path(path)

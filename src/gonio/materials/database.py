@@ -4,19 +4,16 @@ import html
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
 
+from gonio.door.yaml_text import composed, line_of
 from gonio.files import FormatError
 from gonio.materials.curves import EITHER, LONGEST_UM, Curve, joined, number, tabulated
 from gonio.materials.formulas import Formula
 from gonio.materials.material import Material
 
-MOST_EVENTS = 100_000  # scalars, lists and mappings; a table of any length is one of them
-DEEPEST = 20
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _KEYS = re.compile(r"^(REFERENCES|COMMENTS|DATA|SPECS|CONDITIONS|PROPERTIES)[ \t]*:", re.MULTILINE)
 
 
@@ -27,7 +24,7 @@ def recognises(text: str) -> bool:
 
 def read(path: Path, text: str) -> Material:
     """A Material from a page of the database; FormatError names the line."""
-    page = _mapping(path, _composed(path, text))
+    page = _mapping(path, composed(path, text, "page of refractiveindex.info"))
     if "DATA" not in page or not isinstance(page["DATA"], yaml.SequenceNode) or not page["DATA"].value:
         raise FormatError(path, "has no list DATA: give a file of refractiveindex.info's data-nk")
     found: dict[str, Curve] = {}
@@ -35,42 +32,19 @@ def read(path: Path, text: str) -> Material:
         entry = _mapping(path, node)
         for name, curve in _curves(path, node, entry):
             if name in found:
-                raise FormatError(path, f"gives {name} twice: keep one entry of DATA", _line(node))
+                raise FormatError(path, f"gives {name} twice: keep one entry of DATA", line_of(node))
             found[name] = curve
     cite, note = (_plain(page.get(key)) for key in ("REFERENCES", "COMMENTS"))
     return joined(path, found.get("n"), found.get("k"), cite, note)
 
 
-def _composed(path: Path, text: str) -> yaml.Node | None:
-    """The tree of nodes; nothing is constructed from it, and nothing may refer to itself or be nested without end."""
-    try:
-        depth = 0
-        for count, event in enumerate(yaml.parse(text, Loader=_LOADER)):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if isinstance(event, yaml.AliasEvent):
-                raise FormatError(path, "holds a YAML alias, which no page of the database does", _line(event))
-            if depth > DEEPEST or count > MOST_EVENTS:
-                size = f"is nested more than {DEEPEST} deep" if depth > DEEPEST else f"holds over {MOST_EVENTS} entries"
-                raise FormatError(path, f"{size}: this is no page of refractiveindex.info", _line(event))
-        return yaml.compose(text, Loader=_LOADER)
-    except yaml.MarkedYAMLError as error:
-        where = f"line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise FormatError(path, f"is no valid YAML: {error.problem or error.context}", where) from error
-    except yaml.YAMLError as error:  # a character that YAML forbids
-        raise FormatError(path, f"is no valid YAML: {' '.join(str(error).split())[:120]}") from error
-
-
-def _line(node: Any) -> str:
-    return f"line {node.start_mark.line + 1}"
-
-
 def _mapping(path: Path, node: yaml.Node | None) -> dict[str, yaml.Node]:
     if not isinstance(node, yaml.MappingNode):
-        raise FormatError(path, f"expected keys and values here: {EITHER}", _line(node) if node else "")
+        raise FormatError(path, f"expected keys and values here: {EITHER}", line_of(node) if node else "")
     out: dict[str, yaml.Node] = {}
     for key, value in node.value:
         if key.value in out:
-            raise FormatError(path, f"the key {key.value} occurs twice: keep one", _line(key))
+            raise FormatError(path, f"the key {key.value} occurs twice: keep one", line_of(key))
         out[str(key.value)] = value
     return out
 
@@ -79,7 +53,7 @@ def _scalar(path: Path, node: yaml.Node, entry: dict[str, yaml.Node], *keys: str
     """The text under the first of `keys` that an entry has, and where it stands."""
     value = next((entry[key] for key in keys if key in entry), None)
     if not isinstance(value, yaml.ScalarNode):
-        raise FormatError(path, f"an entry of DATA needs {keys[0]}", _line(node))
+        raise FormatError(path, f"an entry of DATA needs {keys[0]}", line_of(node))
     return str(value.value), value
 
 
@@ -100,7 +74,7 @@ def _curves(path: Path, node: yaml.Node, entry: dict[str, yaml.Node]) -> Iterato
         yield "n", _formula(path, node, entry, int(which))
     else:
         what = f"type {text[:40]!r} is none of tabulated nk, tabulated n, tabulated k, formula 1 to formula 9"
-        raise FormatError(path, what, _line(at))
+        raise FormatError(path, what, line_of(at))
 
 
 def _rows(path: Path, node: yaml.Node, entry: dict[str, yaml.Node], which: str) -> Iterator[tuple[int, list[float]]]:
@@ -128,15 +102,15 @@ def _numbers(path: Path, cells: list[str], where: str) -> list[float]:
 
 def _formula(path: Path, node: yaml.Node, entry: dict[str, yaml.Node], which: int) -> Curve:
     text, at = _scalar(path, node, entry, "wavelength_range", "range")
-    ends = _numbers(path, text.split(), _line(at))
+    ends = _numbers(path, text.split(), line_of(at))
     if len(ends) != 2 or not 0 < ends[0] < ends[1] <= LONGEST_UM:
         raise FormatError(
-            path, f"wavelength_range is {text[:40]!r}: two rising wavelengths in um are needed", _line(at)
+            path, f"wavelength_range is {text[:40]!r}: two rising wavelengths in um are needed", line_of(at)
         )
     text, at = _scalar(path, node, entry, "coefficients")
     try:
-        return Curve(np.array(ends), None, Formula(which, tuple(_numbers(path, text.split(), _line(at)))))
+        return Curve(np.array(ends), None, Formula(which, tuple(_numbers(path, text.split(), line_of(at)))))
     except FormatError:
         raise
     except ValueError as error:
-        raise FormatError(path, str(error), _line(at)) from error
+        raise FormatError(path, str(error), line_of(at)) from error

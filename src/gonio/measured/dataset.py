@@ -9,6 +9,7 @@ Dimensions are either one flat `direction`, or dense: those of SETS, then the ax
 nodes below the horizon hold NaN. `history` has one line a step, `provenance` the header lines of the file.
 """
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -67,11 +68,17 @@ def make_scan(
         {name: ("direction", np.asarray(v), {"units": u}) for name, (v, u) in data.items()},
         coords={name: ("direction", np.asarray(v, dtype=float), {"units": "degree"}) for name, v in angles.items()}
         | {name: ("direction", np.asarray(v)) for name, v in (coordinates or {}).items()},
-        attrs={"Conventions": "CF-1.11", "history": history, "provenance": provenance},
+        attrs={"Conventions": "CF-1.11", "history": history, "provenance": provenance} | said_to_be_simulated(history),
     )
     if "wavelength" in scan.coords:
         scan["wavelength"].attrs["units"] = "nm"
     return scan
+
+
+def said_to_be_simulated(history: str) -> dict[str, str]:
+    """The attribute `simulated` of a scan whose history says that it was, wherever the scan has been since."""
+    said = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)
+    return {"simulated": said[1]} if said else {}
 
 
 def add_history(scan: xr.Dataset, line: str) -> xr.Dataset:
@@ -186,11 +193,25 @@ def select(scan: xr.Dataset, choice: Mapping[str, Any]) -> xr.Dataset:
 
 
 def join(scans: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Several scans as one flat scan, told apart by a `scan` coordinate: for fits that share parameters.
+    """Put several scans into one, told apart by a coordinate `scan`: for fits that share parameters.
 
-    Directions, wavelengths and channels may differ from scan to scan, and masks are kept. Where a scan holds several
-    itself, `scan` is the name given here, a stroke, and its own.
-    Raises ValueError for units that differ, or a coordinate that only some of the scans have.
+    Directions, wavelengths and channels may differ from scan to scan, and masks are kept.
+
+    Parameters
+    ----------
+    scans : mapping
+        Each scan by its name. Where a scan holds several itself, `scan` is the name given here, a stroke, and its own.
+
+    Returns
+    -------
+    xarray.Dataset
+        One scan over `direction`, with the coordinate `scan`.
+
+    Raises
+    ------
+    ValueError
+        Units differ, or only some of the scans have a coordinate.
+
     """
     if not scans:
         raise ValueError("there is no scan to join")

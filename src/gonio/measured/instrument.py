@@ -37,14 +37,26 @@ BLOCK = 50_000  # directions that are evaluated at once: more cost memory and no
 
 @dataclass(frozen=True)
 class Instrument:
-    """Half-angles [deg] of the cones that the source fills and the detector sees, as from a point of the surface.
+    """The cones of directions that the source fills and the detector sees, as from a point of the surface.
 
     Every direction inside a cone counts alike; zero is a single direction, which is what a fit assumes of a scan
-    unless told otherwise. Below the horizon there is no light, and the cone stays whole: what the surface hides is lost
-    to a measurement too.
-    step: about how far apart [deg] the directions are whose mean stands for a cone. For a Gaussian lobe whose standard
-        deviation in theta_r is one step the mean is good to 2e-2 of the peak, for one of two steps to 5e-4.
-    Raises ValueError for half-angles outside 0 to 30 deg or a step outside 0.01 to 30 deg.
+    unless told otherwise. Below the horizon there is no light, and the cone stays whole: what the surface hides is
+    lost to a measurement too.
+
+    Parameters
+    ----------
+    source_half_angle, detector_half_angle : float
+        Half-angles [deg] of the cones, 0 to 30.
+    step : float
+        About how far apart [deg] the directions are whose mean stands for a cone, 0.01 to 30. For a Gaussian lobe
+        whose standard deviation in theta_r is one step the mean is good to 2e-2 of the peak, for one of two steps to
+        5e-4.
+
+    Raises
+    ------
+    ValueError
+        A half-angle or the step is outside of these ranges.
+
     """
 
     PANEL: ClassVar = Panel.MODEL

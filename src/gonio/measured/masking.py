@@ -16,11 +16,30 @@ def mask(
 ) -> xr.Dataset:
     """Mark values that take no part in fits and comparisons; nothing is deleted.
 
-    `blocked` [deg]: in-plane directions nearer than this to the incident beam, |theta_r + theta_i| < blocked on the
-    backscatter side, where the detector's arm stands in the beam. `floor` [unit of the BRDF]: values below it are the
-    noise of the instrument. `exclude`: a boolean array over the flat directions, for what only the user knows; `why`
-    stands in the history for it.
-    Raises ValueError for an angle outside 0 to 180 deg, and for a floor that is no finite number.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    blocked : float
+        In-plane directions nearer than this [deg] to the incident beam, `|theta_r + theta_i| < blocked` on the
+        backscatter side, where the detector's arm stands in the beam.
+    floor : float, optional
+        Values below it [unit of the BRDF] are the noise of the instrument.
+    exclude : xarray.DataArray, optional
+        Booleans over the flat directions, for what only the user knows.
+    why : str
+        What the history says of `exclude`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The flat scan with `mask`.
+
+    Raises
+    ------
+    ValueError
+        The angle is outside 0 to 180 deg, or the floor is no finite number.
+
     """
     if not 0 <= blocked <= 180:
         raise ValueError(f"blocked is {blocked:g}: give an angle from 0 to 180 deg")

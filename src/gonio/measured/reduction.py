@@ -72,19 +72,38 @@ def reduce(
     shadow: Shadow | None = Shadow(),
     mirror: bool = False,
 ) -> xr.Dataset:
-    """The BRDF f of a sample from raw scans.
+    """The BRDF of a sample from raw scans: blank subtracted, shadowed directions left out, repeats averaged.
 
-    From each scan the blank's value at the same direction is subtracted. With `floor` the least signal that is left, of
-    pi f cos(theta_r), is subtracted from all signals of the scan too, as krell2026 does to set a detector's zero; since
-    the true zero may lie anywhere down to none subtracted, that signal over sqrt(3) becomes an uncertainty common to
-    all readings of the scan (a rectangular distribution). Shadowed directions are left out. Repeats are averaged over
-    all scans; at theta_r = 0 each plane counts once, and the scatter is that between planes. With `mirror`, directions
-    on both sides of the plane of incidence are repeats, as on an isotropic surface; of a turned one, phi_i is mirrored
-    too.
+    From each scan the blank's value at the same direction is subtracted. Repeats are averaged over all scans; at
+    theta_r = 0 each plane counts once, and the scatter is that between planes.
 
-    `uncertainty` [1/sr] is that of the mean: the scatter of n values over sqrt(n), or what the stated uncertainties
-    give where that is more or n is 1; missing where neither is known. `repeats` is n. ValueError where there is no
-    sample, where blank and samples differ in their directions or units, or where samples differ in what they name.
+    Parameters
+    ----------
+    samples : sequence of xarray.Dataset
+        Raw scans of one sample.
+    blank : xarray.Dataset, optional
+        The raw scan without a sample.
+    floor : bool
+        Whether the least signal that is left, of pi f cos(theta_r), is subtracted from all signals of the scan too, as
+        krell2026 does to set a detector's zero. Since the true zero may lie anywhere down to none subtracted, that
+        signal over sqrt(3) becomes an uncertainty common to all readings of the scan (a rectangular distribution).
+    shadow : Shadow, optional
+        Where the receiver blocks the beam; None where it never does.
+    mirror : bool
+        Whether directions on both sides of the plane of incidence are repeats, as on an isotropic surface; of a turned
+        one, phi_i is mirrored too.
+
+    Returns
+    -------
+    xarray.Dataset
+        `brdf` [1/sr]; `uncertainty` [1/sr] of the mean, the scatter of n values over sqrt(n), or what the stated
+        uncertainties give where that is more or n is 1, missing where neither is known; and `repeats`, n.
+
+    Raises
+    ------
+    ValueError
+        There is no sample, blank and samples differ in their directions or units, or samples differ in what they name.
+
     """
     if not samples:
         raise ValueError("there is no scan to reduce: give one or more samples")

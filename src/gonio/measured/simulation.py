@@ -28,13 +28,41 @@ def simulate(
     wavelength: float | None = None,
     instrument: Instrument = IDEAL,
 ) -> xr.Dataset:
-    """An in-plane scan of `model` at every pair of theta_i and signed theta_r [deg].
+    """Simulate a scan of the plane of incidence: a model at every pair of `theta_i` and signed `theta_r`, with noise.
 
-    A value that is a mapping from theta_i to a number changes with the incidence angle. `noise` is the standard
-    deviation relative to each value, `offset_noise` the absolute one; both are normal and seeded, and their
-    combined standard uncertainty is stated in the scan. `blocked` [deg] masks the beam, as `mask` does;
-    `wavelength` [nm] labels every value. `instrument` is folded in by a finer rule than that of a fit.
-    Raises KeyError where a mapping has no value for an incidence angle.
+    Parameters
+    ----------
+    model : Model
+        The surface.
+    values : mapping
+        Its weights and shape parameters. A value that is a mapping from theta_i [deg] to a number changes with the
+        incidence angle.
+    theta_i, theta_r : array_like
+        Angles [deg]; `theta_r` is positive on the forward side.
+    noise, offset_noise : float
+        Standard deviations of the noise, relative to each value and absolute. Both are normal and seeded, and their
+        combined standard uncertainty is stated in the scan.
+    blocked : float
+        Angle [deg] about the incident beam that is masked, as `gonio.measured.masking.mask` does.
+    seed : int
+        Of the random numbers.
+    unit : str
+        "sr-1", or "a.u." for relative values.
+    wavelength : float, optional
+        The wavelength [nm] of every value.
+    instrument : Instrument
+        Half-angles of source and detector, folded in by a finer rule than that of a fit.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan as `gonio.read` gives it, marked as simulated.
+
+    Raises
+    ------
+    KeyError
+        A mapping has no value for an incidence angle.
+
     """
     incidence, reflection = (a.ravel() for a in np.meshgrid(theta_i, theta_r, indexing="ij"))
     colour = {} if wavelength is None else {"wavelength": np.full(incidence.shape, float(wavelength))}

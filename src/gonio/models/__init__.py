@@ -16,6 +16,11 @@ from gonio.model import Model, NearestNames
 from gonio.outside import PackageWarning
 
 GROUP = "gonio.models"
+ABOUT = """All models by name, those that other packages bring included.
+
+`gonio.catalogue["ggx"]` is a Model; printed, the catalogue is a list of names and titles. A name that it does not have
+raises a KeyError with the nearest names.
+"""
 
 
 @functools.cache
@@ -29,7 +34,7 @@ def _catalogue() -> NearestNames[Model]:
     for model in _provided():
         if by_name.setdefault(model.name, model) is not model:
             warnings.warn(f"another package brings a second model {model.name!r}: the first is kept", PackageWarning, 2)
-    return NearestNames("model", {name: by_name[name] for name in sorted(by_name)})
+    return NearestNames("model", {name: by_name[name] for name in sorted(by_name)}, ABOUT)
 
 
 def _declared(place: Any) -> Iterator[Model]:

@@ -17,14 +17,30 @@ Exponent = Annotated[float, Parameter(50.0, 0.0, 100000.0, "exponent of the dist
 
 @drawn_by(FacetNormals(cosine_power_normals, draw_cosine_power, of=lambda n, **_: (n - 1,)))
 def fresnel_lobe(g: Geometry, rs: Specular, n: Exponent) -> PerSteradian:
-    """Power of the facet tilt's cosine, times Schlick's reflectance (ashikhmin2000; formulas 7.4)."""
+    r"""Power of the facet tilt's cosine, times Schlick's reflectance (ashikhmin2000; formulas 7.4).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{n + 1}{8\pi}\,\frac{F\cos^n\alpha}{\cos\beta\,\max(\cos\theta_i, \cos\theta_r)} \\
+        F &= r_s + (1 - r_s)(1 - \cos\beta)^5
+        \end{aligned}
+    """
     larger = namespace(g.cos_i).where(g.cos_i > g.cos_r, g.cos_i, g.cos_r)
     return (n + 1) / (8 * math.pi) * g.cos_alpha**n * schlick(g.cos_beta, rs) / (g.cos_beta * larger)
 
 
 @drawn_by(COSINE)
 def coupled_diffuse(g: Geometry, rs: Specular) -> PerSteradian:
-    """Diffuse reflection of the light that the specular lobe leaves (ashikhmin2000; formulas 7.4)."""
+    r"""Diffuse reflection of the light that the specular lobe leaves (ashikhmin2000; formulas 7.4).
+
+    .. math::
+
+        \begin{aligned}
+        f_d &= \frac{28}{23\pi}\,(1 - r_s)\,E(\theta_i)\,E(\theta_r) \\
+        E(\theta) &= 1 - \left(1 - \frac{\cos\theta}{2}\right)^5
+        \end{aligned}
+    """
     return 28 / (23 * math.pi) * (1 - rs) * _left(g.cos_i) * _left(g.cos_r)
 
 

@@ -30,9 +30,23 @@ def shifted_gamma_facets(
     k: Exponent,
     theta_0: Start,
 ) -> PerSteradian:
-    """Facets of shifted gamma slopes, shadowing fitted freely (bagher2012; formulas 7.17).
+    r"""Facets of shifted gamma slopes, shadowing fitted freely (bagher2012; formulas 7.17).
 
     The weight stands for the product of the paper's specular weight and its normaliser, which cannot be told apart.
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{F\,D\,S(\theta_i)\,S(\theta_r)}{\pi\cos\theta_i\cos\theta_r} \\
+        F &= \max(0, F_0 - F_1\cos\beta + E) \\
+        E &= (1 - F_0)(1 - \cos\beta)^5 \\
+        D &= \frac{\exp(-x)}{\pi x^p\cos^4\alpha} \\
+        x &= a + \frac{\tan^2\alpha}{a} \\
+        S(\theta) &= \max(0, 1 + d\,(1 - \exp(c\,u^k))) \\
+        u &= \max\left(0, \theta - \frac{\pi\theta_0}{180}\right)
+        \end{aligned}
+
+    where a is the width alpha, d the depth of the shadowing, :math:`\theta_0` in degrees and the other angles in rad.
     """
     tan2 = g.tan_alpha_squared
     xp = namespace(tan2)

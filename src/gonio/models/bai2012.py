@@ -13,7 +13,12 @@ Sharpness = Annotated[float, Parameter(20.0, 0.0, 1e4, "c: sharpness of the retr
 
 @drawn_by(RetroLobe(of=lambda c, **_: (c,)))
 def retro_lobe(g: Geometry, c: Sharpness) -> Dimensionless:
-    """A lobe about the incident beam, exp(-c (1 - cos 2 beta)) (formulas 6.8, ours: the printed form is not public)."""
+    r"""A lobe about the incident beam, exp(-c (1 - cos 2 beta)) (formulas 6.8, ours: the printed form is not public).
+
+    .. math::
+
+        f_t = \exp(-c\,(1 - \cos 2\beta))
+    """
     return namespace(g.cos_beta).exp(-2 * c * (1 - g.cos_beta**2))
 
 

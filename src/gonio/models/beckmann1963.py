@@ -18,9 +18,17 @@ def scattered(
     extinction: Extinction,
     wavelength: Wavelength,
 ) -> PerSteradian:
-    """Scatter in the Kirchhoff approximation, without the light in the mirror direction (beckmann1963; formulas 7.7).
+    r"""Scatter in the Kirchhoff approximation, without the light in the mirror direction (beckmann1963; formulas 7.7).
 
     Very rough surfaces reflect like Beckmann's facets of total slope 2 sigma/length.
+
+    .. math::
+
+        f_s = F(\beta)\,O\,K
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`), O the obliquity (:func:`.kirchhoff_obliquity`) and K the
+    light diffracted by heights of rms sigma and correlation length :math:`\ell` at the wavelength :math:`\lambda`
+    (:func:`.diffracted`).
     """
     return (
         unpolarised(g.cos_beta, index, extinction) * kirchhoff_obliquity(g) * diffracted(g, sigma, length, wavelength)

@@ -63,7 +63,48 @@ def principled(
     sheen: Sheen,
     anisotropic: Anisotropic,
 ) -> Dimensionless:
-    """Diffuse with retro-reflection, sheen, and a GGX highlight (burley2012, formulas 7.5)."""
+    r"""Diffuse with retro-reflection, sheen, and a GGX highlight (burley2012, formulas 7.5).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= (1 - \mathrm{metallic})\,B + F\,\frac{D\,G}{4\cos\theta_i\cos\theta_r} \\
+        B &= \mathrm{base}\;f_b + \mathrm{sheen}\;h(\beta) \\
+        F &= C + (1 - C)\,h(\beta) \\
+        C &= 0.08\,(1 - \mathrm{metallic})\,\mathrm{specular} \\
+        &\quad + \mathrm{metallic}\;\mathrm{base} \\
+        h(\theta) &= (1 - \cos\theta)^5
+        \end{aligned}
+
+    Its diffuse part is
+
+    .. math::
+
+        \begin{aligned}
+        f_b &= (1 - \mathrm{subsurface})\,P(E)/\pi \\
+        &\quad + \mathrm{subsurface}\;S/\pi \\
+        P(t) &= (1 + (t - 1)\,h_i)(1 + (t - 1)\,h_r) \\
+        h_i &= h(\theta_i) \\
+        h_r &= h(\theta_r) \\
+        E &= 0.5 + 2\,\mathrm{roughness}\,\cos^2\beta \\
+        S &= 1.25\,(P(V)\,U + 0.5) \\
+        U &= \frac{1}{\cos\theta_i + \cos\theta_r} - 0.5 \\
+        V &= \mathrm{roughness}\,\cos^2\beta
+        \end{aligned}
+
+    and its facets are GGX facets of two widths:
+
+    .. math::
+
+        \begin{aligned}
+        D &= \frac{1}{\pi a_x a_y\cos^4\alpha\,(1 + s_x^2/a_x^2 + s_y^2/a_y^2)^2} \\
+        G &= \frac{1}{(1 + \Lambda_i)(1 + \Lambda_r)} \\
+        \Lambda_i &= \frac{1}{2}\left(\sqrt{1 + \frac{a_x^2 x_i^2 + a_y^2 y_i^2}{z_i^2}} - 1\right) \\
+        \Lambda_r &= \frac{1}{2}\left(\sqrt{1 + \frac{a_x^2 x_r^2 + a_y^2 y_r^2}{z_r^2}} - 1\right) \\
+        a_x &= \frac{\mathrm{roughness}^2}{\sqrt{1 - 0.9\,\mathrm{anisotropic}}} \\
+        a_y &= \mathrm{roughness}^2\,\sqrt{1 - 0.9\,\mathrm{anisotropic}}
+        \end{aligned}
+    """
     grazing = _grazing(g.cos_beta)
     normal = _mix(0.08 * specular, base, metallic)
     widths = _widths(roughness, anisotropic)
@@ -74,7 +115,19 @@ def principled(
 
 @drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda gloss, **_: (_mix(0.1, 0.001, gloss), 1.0)))
 def clearcoat(g: Geometry, gloss: Gloss) -> Dimensionless:
-    """A quarter of a second, GTR highlight of fixed index 1.5 (burley2012, formulas 7.5)."""
+    r"""A quarter of a second, GTR highlight of fixed index 1.5 (burley2012, formulas 7.5).
+
+    .. math::
+
+        \begin{aligned}
+        f_c &= \frac{F}{4}\,\frac{D\,G}{4\cos\theta_i\cos\theta_r} \\
+        F &= 0.04 + 0.96\,(1 - \cos\beta)^5 \\
+        D &= \frac{w^2 - 1}{\pi\ln(w^2)\,(w^2\cos^2\alpha + \sin^2\alpha)} \\
+        w &= 0.1 - 0.099\,\mathrm{gloss} \\
+        G &= \frac{1}{(1 + \Lambda(\theta_i))(1 + \Lambda(\theta_r))} \\
+        \Lambda(\theta) &= \frac{1}{2}\left(\sqrt{1 + 0.25^2\tan^2\theta} - 1\right)
+        \end{aligned}
+    """
     normals = gtr_normals(g, _mix(0.1, 0.001, gloss), 1.0)
     fresnel = _mix(0.04, 1.0, _grazing(g.cos_beta))
     return 0.25 * fresnel * reflected(g, normals, _masking(g, 0.25, 0.25))

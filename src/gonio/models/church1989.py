@@ -18,9 +18,36 @@ Fall = Annotated[float, Parameter(2.5, 0.5, 6.0, "exponent of the two-dimensiona
 def first_order_scatter(
     g: Geometry, B: Corner, C: Fall, index: Index, extinction: Extinction, wavelength: Wavelength
 ) -> PerSteradian:
-    """Scatter per A = PSD(0)/wavelength^4, valid for heights well below the wavelength (church1989; formulas 7.8).
+    r"""Scatter per A = PSD(0)/wavelength^4, valid for heights well below the wavelength (church1989; formulas 7.8).
 
     The weight is dimensionless so that the model is linear in it. Light in the mirror direction is no part of it.
+
+    .. math::
+
+        \begin{aligned}
+        f_a &= 16\pi^2\cos\theta_i\cos\theta_r\,\frac{Q}{(1 + B^2\Delta^2/\lambda^2)^{C/2}} \\
+        Q &= \frac{\lvert q_{ss}\rvert^2 + \lvert q_{sp}\rvert^2 + \lvert q_{ps}\rvert^2 + \lvert q_{pp}\rvert^2}{2} \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    with the amplitudes
+
+    .. math::
+
+        \begin{aligned}
+        q_{ss} &= \frac{(e - 1)\cos\psi}{(\cos\theta_i + \kappa_i)(\cos\theta_r + \kappa_r)} \\
+        q_{sp} &= \frac{-(e - 1)\,\kappa_r\sin\psi}{(\cos\theta_i + \kappa_i)(e\cos\theta_r + \kappa_r)} \\
+        q_{ps} &= \frac{-(e - 1)\,\kappa_i\sin\psi}{(e\cos\theta_i + \kappa_i)(\cos\theta_r + \kappa_r)} \\
+        q_{pp} &= \frac{(e - 1)(e\sin\theta_i\sin\theta_r - \kappa_i\kappa_r\cos\psi)}
+        {(e\cos\theta_i + \kappa_i)(e\cos\theta_r + \kappa_r)} \\
+        \kappa_i &= \sqrt{e - \sin^2\theta_i} \\
+        \kappa_r &= \sqrt{e - \sin^2\theta_r} \\
+        e &= (n + \mathrm{i}k)^2 \\
+        \psi &= \varphi - \pi
+        \end{aligned}
+
+    where n is the index, k the extinction and :math:`\lambda` the wavelength. The two-dimensional height spectrum is
+    :math:`A\lambda^4/(1 + B^2 f^2)^{C/2}` at the spatial frequency :math:`f = \Delta/\lambda`.
     """
     spectrum = (1 + (B / wavelength) ** 2 * shift_squared(g)) ** (-C / 2)
     return 16 * math.pi**2 * g.cos_i * g.cos_r * _polarisation(g, index, extinction) * spectrum

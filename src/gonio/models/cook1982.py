@@ -14,13 +14,30 @@ NORMALS = FacetNormals(beckmann_slopes, draw_beckmann, of=lambda m, **_: (m,))
 
 @drawn_by(NORMALS)
 def beckmann_v_grooves(g: Geometry, m: TotalSlope, index: Index, extinction: Extinction) -> PerSteradian:
-    """Beckmann facets, Fresnel, V-grooves, normalised to energy: a quarter of the printed form (cook1982)."""
+    r"""Beckmann facets, Fresnel, V-grooves, normalised to energy: a quarter of the printed form (cook1982).
+
+    .. math::
+
+        f_s = \frac{F(\beta)\,D\,G}{4\cos\theta_i\cos\theta_r}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`), D Beckmann's distribution of total rms slope m
+    (:func:`.beckmann_slopes`) and G the masking and shadowing by V-grooves (:func:`.v_groove`).
+    """
     return unpolarised(g.cos_beta, index, extinction) * reflected(g, beckmann_slopes(g, m), v_groove(g))
 
 
 @drawn_by(NORMALS)
 def printed_v_grooves(g: Geometry, m: TotalSlope, index: Index, extinction: Extinction) -> PerSteradian:
-    """The same as the paper prints it, over pi where energy asks for 4 pi (cook1982)."""
+    r"""The same as the paper prints it, over pi where energy asks for 4 pi (cook1982).
+
+    .. math::
+
+        f_s = \frac{F(\beta)\,D\,G}{\cos\theta_i\cos\theta_r}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`), D Beckmann's distribution of total rms slope m
+    (:func:`.beckmann_slopes`) and G the masking and shadowing by V-grooves (:func:`.v_groove`). The D of the paper is
+    :math:`\pi D` here.
+    """
     return 4 * beckmann_v_grooves(g, m, index, extinction)
 
 

@@ -27,7 +27,18 @@ Reach = Annotated[float, Parameter(0.8, 0.05, 2.0, "distance from the mirror dir
 
 @drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda width, c, **_: (width, c)))
 def unscattered_lobe(g: Geometry, f0: Normal, h: Phase, width: Width, c: Tail) -> PerSteradian:
-    """The share exp(-g) that the heights leave in phase (beckmann1963), in a lobe with a tail (burley2012)."""
+    r"""The share exp(-g) that the heights leave in phase (beckmann1963), in a lobe with a tail (burley2012).
+
+    .. math::
+
+        \begin{aligned}
+        f_u &= \frac{F\,\mathrm{e}^{-g}\,D}{2\,(\cos\theta_i + \cos\theta_r)} \\
+        g &= \left(h\,\frac{\cos\theta_i + \cos\theta_r}{2}\right)^2
+        \end{aligned}
+
+    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`) and D the distribution of width w and tail c
+    (:func:`.gtr_normals`).
+    """
     variance = _phase_variance(g, h)
     in_phase = namespace(variance).exp(-variance)
     return schlick(g.cos_beta, f0) * in_phase * gtr_normals(g, width, c) * _rough_masking(g)
@@ -35,17 +46,38 @@ def unscattered_lobe(g: Geometry, f0: Normal, h: Phase, width: Width, c: Tail) -
 
 @drawn_by(FacetNormals(beckmann_slopes, draw_beckmann, of=lambda m, **_: (m,)))
 def scattered_lobe(g: Geometry, f0: Normal, h: Phase, m: Slope) -> PerSteradian:
-    """The share 1 - exp(-g) that the heights scatter (beckmann1963), by Gaussian slopes."""
+    r"""The share 1 - exp(-g) that the heights scatter (beckmann1963), by Gaussian slopes.
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{F\,(1 - \mathrm{e}^{-g})\,D}{2\,(\cos\theta_i + \cos\theta_r)} \\
+        g &= \left(h\,\frac{\cos\theta_i + \cos\theta_r}{2}\right)^2
+        \end{aligned}
+
+    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`) and D Beckmann's distribution of total rms
+    slope m (:func:`.beckmann_slopes`).
+    """
     variance = _phase_variance(g, h)
     out_of_phase = -namespace(variance).expm1(-variance)
     return schlick(g.cos_beta, f0) * out_of_phase * beckmann_slopes(g, m) * _rough_masking(g)
 
 
 def forward_lobe(g: Geometry, gamma: HalfWidth, s: Reach) -> PerSteradian:
-    """Scatter by the phase function 1 - cos(2 beta) (chandrasekhar1960), as gamma lets light in and out (guo2023).
+    r"""Scatter by the phase function 1 - cos(2 beta) (chandrasekhar1960), as gamma lets light in and out (guo2023).
 
     That it ends, as exp(-(distance/s)^4) from the mirror direction in direction cosines, is ours. The integral of that
     end over the hemisphere divides, so that no more is reflected than arrives.
+
+    .. math::
+
+        \begin{aligned}
+        f_f &= \frac{L(\theta_i)\,L(\theta_r)}{E}\sin^2\beta\,\exp\left(-\frac{\Delta^4}{s^4}\right) \\
+        E &= \frac{\pi^{3/2} s^2}{2}\,\operatorname{erf}(1/s^2) \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    where L is the Lorentz profile of half width :math:`\gamma` (:func:`.profile`).
     """
     squared = shift_squared(g) / s**2
     xp = namespace(squared)

@@ -40,10 +40,23 @@ def binomial_power(
     c2: C2,
     d: Lobe,
 ) -> Dimensionless:
-    """Ten to a polynomial in D and V, the weight being its constant term 10^b00 (greynolds2015).
+    r"""Ten to a polynomial in D and V, the weight being its constant term 10^b00 (greynolds2015).
 
     D is the distance to the mirror direction in direction cosines, V the product of the scattered and the mirror
     direction projected on the surface.
+
+    .. math::
+
+        \begin{aligned}
+        f_b &= 10^{P} \\
+        P &= p_0 + V\,(b_{10} + p_1) + V^2\,(b_{20} + p_2) \\
+        p_0 &= b_{01} D + b_{02} D^2 + c_0 E \\
+        p_1 &= b_{11} D + b_{12} D^2 + c_1 E \\
+        p_2 &= b_{21} D + b_{22} D^2 + c_2 E \\
+        E &= \frac{\ln(1 + d\,D^2)}{2\ln(10)} \\
+        D &= 2\cos\beta\sin\alpha \\
+        V &= -\sin\theta_i\sin\theta_r\cos\varphi
+        \end{aligned}
     """
     squared = shift_squared(g)
     xp = namespace(squared)

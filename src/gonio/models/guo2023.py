@@ -21,13 +21,28 @@ LORENTZ = PolarLobe(draw_lorentz_angle, lorentz_angle, of=lambda gamma, **_: (to
 
 @drawn_by(LORENTZ)
 def lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerDegree:
-    """Multiple reflections: a Cauchy-Lorentz lobe about the surface normal, angles in degrees (eq 7)."""
+    r"""Multiple reflections: a Cauchy-Lorentz lobe about the surface normal, angles in degrees (eq 7).
+
+    .. math::
+
+        f_{dd} = \frac{1}{\pi}\,\frac{\gamma}{\theta_r^2 + \gamma^2}
+
+    where all angles are in degrees.
+    """
     return gamma / (math.pi * (g.theta_r_squared + gamma**2))
 
 
 @drawn_by(LORENTZ)
 def reciprocal_lorentz_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
-    """The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5)."""
+    r"""The same lobe at both ends, L(theta_i) L(theta_r)/H: reciprocal, of reflectance L(theta_i) (formulas 5).
+
+    .. math::
+
+        f_{dd} = \frac{L(\theta_i)\,L(\theta_r)}{H}
+
+    where L is the Lorentz profile of half width :math:`\gamma` (:func:`.profile`) and H its integral over the
+    hemisphere (:func:`.hemispherical_integral`).
+    """
     return profile(g.theta_i_squared, gamma) * profile(g.theta_r_squared, gamma) / hemispherical_integral(gamma)
 
 

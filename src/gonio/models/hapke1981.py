@@ -20,7 +20,18 @@ SurgeWidth = Annotated[float, Parameter(0.06, 0.001, 1.0, "angular width of the 
 
 
 def particulate(g: Geometry, w: Albedo, b: Asymmetry, c: Backward, b0: Surge, h: SurgeWidth) -> PerSteradian:
-    """Single and multiple scattering by particles, two-term Henyey-Greenstein (hapke1981; formulas 7.11)."""
+    r"""Single and multiple scattering by particles, two-term Henyey-Greenstein (hapke1981; formulas 7.11).
+
+    .. math::
+
+        \begin{aligned}
+        f_p &= \frac{w}{4\pi}\,\frac{(1 + B)\,P + H(\theta_i)\,H(\theta_r) - 1}{\cos\theta_i + \cos\theta_r} \\
+        B &= \frac{b_0}{1 + \tan\beta/h} \\
+        P &= \frac{1 + c}{2}\,J(\cos 2\beta) + \frac{1 - c}{2}\,J(-\cos 2\beta) \\
+        J(x) &= \frac{1 - b^2}{(1 - 2bx + b^2)^{3/2}} \\
+        H(\theta) &= \frac{1 + 2\cos\theta}{1 + 2\cos\theta\,\sqrt{1 - w}}
+        \end{aligned}
+    """
     cos = cos_phase(g)
     surge = b0 / (1 + sin_half_phase(g) / g.cos_beta / h)
     phase = (1 + c) / 2 * _lobe(cos, b) + (1 - c) / 2 * _lobe(-cos, b)

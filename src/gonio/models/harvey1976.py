@@ -13,7 +13,17 @@ Slope = Annotated[float, Parameter(-1.5, -6.0, 0.0, "slope of the wing on logari
 
 @drawn_by(ShiftedPower(of=lambda L, S, **_: (1 / L**2, -S / 2)))
 def shoulder_and_wing(g: Geometry, L: Shoulder, S: Slope) -> Dimensionless:
-    """Flat within the shoulder, a power beyond it; the weight is the peak (harvey1976; formulas 7.9)."""
+    r"""Flat within the shoulder, a power beyond it; the weight is the peak (harvey1976; formulas 7.9).
+
+    .. math::
+
+        \begin{aligned}
+        f_b &= \left(1 + \frac{\Delta^2}{L^2}\right)^{S/2} \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    where :math:`\Delta` is the distance to the mirror direction in direction cosines.
+    """
     return (1 + shift_squared(g) / L**2) ** (S / 2)
 
 

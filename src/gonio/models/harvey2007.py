@@ -22,9 +22,20 @@ def renormalised(
     extinction: Extinction,
     wavelength: Wavelength,
 ) -> PerSteradian:
-    """Scatter of any roughness and angle, without the light in the mirror direction (harvey2007; formulas 7.7).
+    r"""Scatter of any roughness and angle, without the light in the mirror direction (harvey2007; formulas 7.7).
 
     It reflects 1 - exp(-g) of the light times the reflectance, where that changes little over the lobe.
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= F(\beta)\,\frac{1 - \mathrm{e}^{-g_0}}{E}\,K \\
+        E &= \int K\cos\theta_r\,\mathrm{d}\omega_r \\
+        g_0 &= \left(\frac{4\pi\sigma\cos\theta_i}{\lambda}\right)^2
+        \end{aligned}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and K the light diffracted by heights of rms sigma and
+    correlation length :math:`\ell` (:func:`.diffracted`), integrated over the hemisphere of :math:`\omega_r`.
     """
     theta = to_radians(g.theta_i_deg)
     gain = for_each(lambda *shape: renormalisation(theta, *shape), sigma, length, wavelength)

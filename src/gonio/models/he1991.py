@@ -19,10 +19,37 @@ _NEWTON_STEPS = 8  # 7 reach double precision at every height and angle
 def directional_diffuse(
     g: Geometry, sigma: RmsHeight, length: Length, index: Index, extinction: Extinction, wavelength: Wavelength
 ) -> PerSteradian:
-    """Diffracted light of the heights that both directions see, shadowed (he1991, eq 76; formulas 7.6).
+    r"""Diffracted light of the heights that both directions see, shadowed (he1991, eq 76; formulas 7.6).
 
     The specular term is a delta in the mirror direction and no part of this; the paper's vector factor is
     (2 cos beta/cos alpha)^2.
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= F(\beta)\,S(\theta_i)\,S(\theta_r)\,O\,K \\
+        K &= \frac{\pi\ell^2}{\lambda^2}\,\mathrm{e}^{-g}\sum_{m=1}^{\infty} \frac{g^m}{m!\,m}
+        \exp\left(-\frac{\pi^2\ell^2\Delta^2}{m\lambda^2}\right) \\
+        g &= \left(\frac{2\pi\sigma_a}{\lambda}(\cos\theta_i + \cos\theta_r)\right)^2 \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and O the obliquity (:func:`.kirchhoff_obliquity`). Smith's
+    shadowing S and the apparent height :math:`\sigma_a` are
+
+    .. math::
+
+        \begin{aligned}
+        S(\theta) &= \frac{1 - \operatorname{erfc}(x)/2}{1 + E} \\
+        E &= \frac{1}{2}\left(\frac{\exp(-x^2)}{x\sqrt{\pi}} - \operatorname{erfc}(x)\right) \\
+        x &= \frac{\ell\cot\theta}{2\sigma} \\
+        \sigma_a &= \frac{\sigma}{\sqrt{1 + z^2}} \\
+        z &= \sqrt{W(t^2)} \\
+        t &= \frac{T(\theta_i) + T(\theta_r)}{\sqrt{8\pi}} \\
+        T(\theta) &= \tan\theta\,\operatorname{erfc}(x)
+        \end{aligned}
+
+    where W is Lambert's function: z solves :math:`z\exp(z^2/2) = t`.
     """
     apparent = _apparent_height(g, sigma, length)
     shadowing = _visible(g.cos_i, sigma, length) * _visible(g.cos_r, sigma, length)

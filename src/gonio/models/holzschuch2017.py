@@ -14,7 +14,16 @@ Power = Annotated[float, Parameter(0.7, 0.2, 1.5, "power of the squared slope: 1
 
 
 def exponential_power_facets(g: Geometry, width: Width, p: Power, index: Index, extinction: Extinction) -> PerSteradian:
-    """Exponential-power slopes, their exact Smith masking correlated by azimuth, Fresnel (holzschuch2017)."""
+    r"""Exponential-power slopes, their exact Smith masking correlated by azimuth, Fresnel (holzschuch2017).
+
+    .. math::
+
+        f_s = \frac{F(\beta)\,D\,G}{4\cos\theta_i\cos\theta_r}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`), D the distribution of width w and power p
+    (:func:`.exponential_power_slopes`) and G Smith's masking (:func:`.van_ginneken`) with
+    :math:`\Lambda` (:func:`.exponential_power_lambda`).
+    """
     lambdas = (exponential_power_lambda(cos, width, p) for cos in (g.cos_i, g.cos_r))
     masking = van_ginneken(g, *lambdas)
     return unpolarised(g.cos_beta, index, extinction) * reflected(g, exponential_power_slopes(g, width, p), masking)

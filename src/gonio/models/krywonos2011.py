@@ -18,7 +18,15 @@ def scattered(
     extinction: Extinction,
     wavelength: Wavelength,
 ) -> PerSteradian:
-    """Scatter of any roughness and angle, without the light in the mirror direction (krywonos2011; formulas 7.7)."""
+    r"""Scatter of any roughness and angle, without the light in the mirror direction (krywonos2011; formulas 7.7).
+
+    .. math::
+
+        f_s = F(\beta)\,K
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and K the light diffracted by heights of rms sigma and
+    correlation length :math:`\ell` (:func:`.diffracted`).
+    """
     return unpolarised(g.cos_beta, index, extinction) * diffracted(g, sigma, length, wavelength)
 
 

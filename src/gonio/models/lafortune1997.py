@@ -18,7 +18,15 @@ Exponent = Annotated[float, Parameter(10.0, 1.0, 1000.0, "exponent of the lobe")
 
 @drawn_by(CosineLobe(of=lambda c, n, **_: (n, c)))
 def generalised_cosine(g: Geometry, c: Ratio, n: Exponent) -> PerSteradian:
-    """Cosine lobe of unit peak coefficient, normalised (lafortune1997; formulas 7.3)."""
+    r"""Cosine lobe of unit peak coefficient, normalised (lafortune1997; formulas 7.3).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{n + 2}{2\pi}\left(\frac{\max(0, E)}{\max(1, \lvert c\rvert)}\right)^n \\
+        E &= c\,\sin\theta_i\sin\theta_r\cos\varphi + \cos\theta_i\cos\theta_r
+        \end{aligned}
+    """
     xp = namespace(g.z_i)
     lobe = c * (g.x_i * g.x_r + g.y_i * g.y_r) + g.z_i * g.z_r
     steep = xp.abs(c)

@@ -13,7 +13,12 @@ Exponent = Annotated[float, Parameter(2.0, 0.0, 1000.0, "exponent of the directi
 
 @drawn_by(CosineLobe(of=lambda n, **_: (n + 1, 0.0)))
 def cosine_power(g: Geometry, n: Exponent) -> Dimensionless:
-    """Multiple reflections: the n-th power of cos theta_r (guo2023, eq 6)."""
+    r"""Multiple reflections: the n-th power of cos theta_r (guo2023, eq 6).
+
+    .. math::
+
+        f_{dd} = \cos^n\theta_r
+    """
     return g.cos_r**n
 
 

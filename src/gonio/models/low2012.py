@@ -21,7 +21,15 @@ _UNBOUNDED = {"energy": "A is the height of the lobe, and nothing bounds the lig
 
 @drawn_by(FacetNormals(power_normals, draw_power, of=lambda B, C, **_: (B, C)))
 def facet_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Extinction) -> Dimensionless:
-    """ABC distribution of the facets' tilt, with the 1/pi of the published fits (low2012, eq 15; formulas 7.16)."""
+    r"""ABC distribution of the facets' tilt, with the 1/pi of the published fits (low2012, eq 15; formulas 7.16).
+
+    .. math::
+
+        f_a = \frac{F(\beta)\,G}{\pi\cos\theta_i\cos\theta_r\,(1 + B\,(1 - \cos\alpha))^C}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and G the masking and shadowing by V-grooves
+    (:func:`.v_groove`).
+    """
     tilt = g.tan_alpha_squared * g.cos_alpha**2 / (1 + g.cos_alpha)  # 1 - cos alpha with all its digits
     facets = unpolarised(g.cos_beta, index, extinction) * v_groove(g) / (math.pi * g.cos_i * g.cos_r)
     return facets * (1 + B * tilt) ** -C
@@ -29,7 +37,19 @@ def facet_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Ext
 
 @drawn_by(ShiftedPower(of=lambda B, C, **_: (B, C)))
 def smooth_lobe(g: Geometry, B: Sharpness, C: Fall, index: Index, extinction: Extinction) -> Dimensionless:
-    """ABC spectrum of a smooth surface: Rayleigh and Rice's scatter, simplified (low2012; formulas 7.16)."""
+    r"""ABC spectrum of a smooth surface: Rayleigh and Rice's scatter, simplified (low2012; formulas 7.16).
+
+    .. math::
+
+        \begin{aligned}
+        f_a &= \frac{F(\beta_d)}{(1 + B\Delta^2)^C} \\
+        \Delta &= 2\cos\beta\sin\alpha \\
+        \beta_d &= \arccos\sqrt{1 - E/4} \\
+        E &= \sin^2\theta_i + \sin^2\theta_r - 2\sin\theta_i\sin\theta_r\cos\varphi
+        \end{aligned}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`), here at the angle :math:`\beta_d`.
+    """
     x, y = g.x_i - g.x_r, g.y_i - g.y_r
     squared = 1 - (x * x + y * y) / 4
     xp = namespace(squared)

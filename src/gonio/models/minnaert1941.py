@@ -14,7 +14,12 @@ Darkening = Annotated[
 
 @drawn_by(CosineLobe(of=lambda k, **_: (k, 0.0)))
 def limb_darkening(g: Geometry, k: Darkening) -> PerSteradian:
-    """Power of the product of both cosines, of unit reflectance at normal incidence (minnaert1941; formulas 7.10)."""
+    r"""Power of the product of both cosines, of unit reflectance at normal incidence (minnaert1941; formulas 7.10).
+
+    .. math::
+
+        f_k = \frac{k + 1}{2\pi}\,(\cos\theta_i\cos\theta_r)^{k - 1}
+    """
     return (k + 1) / (2 * math.pi) * (g.cos_i * g.cos_r) ** (k - 1)
 
 

@@ -17,7 +17,22 @@ SmallSlopeAngle = Annotated[float, Parameter(0.3, 0.0, 0.65, "standard deviation
 
 @drawn_by(COSINE)
 def rough_diffuse(g: Geometry, rho: FacetReflectance, s: SlopeAngle) -> PerSteradian:
-    """Lambertian facets in V-grooves, with masking and two reflections: full form (oren1994; formulas 7.2)."""
+    r"""Lambertian facets in V-grooves, with masking and two reflections: full form (oren1994; formulas 7.2).
+
+    .. math::
+
+        \begin{aligned}
+        f_d &= \frac{\rho}{\pi}\,(C_1 + C_2 + C_3 + C_4) \\
+        C_1 &= 1 - \frac{0.5\,s^2}{s^2 + 0.33} \\
+        C_2 &= \frac{0.45\,s^2}{s^2 + 0.09}\,(\sin a - u)\cos\varphi\tan b \\
+        C_3 &= \frac{0.125\,s^2}{s^2 + 0.09}\left(\frac{4ab}{\pi^2}\right)^2 (1 - \lvert\cos\varphi\rvert)
+        \tan\left(\frac{a + b}{2}\right) \\
+        C_4 &= \frac{0.17\,\rho s^2}{s^2 + 0.13}\left(1 - \frac{4b^2}{\pi^2}\cos\varphi\right) \\
+        u &= \begin{cases} 8b^3/\pi^3, & \cos\varphi < 0 \\ 0, & \cos\varphi \ge 0 \end{cases} \\
+        a &= \max(\theta_i, \theta_r) \\
+        b &= \min(\theta_i, \theta_r)
+        \end{aligned}
+    """
     xp = namespace(g.z_i)
     sin_i, sin_r = xp.sin(to_radians(g.theta_i_deg)), xp.sin(to_radians(g.theta_r_deg))
     steeper_i = g.theta_i_deg > g.theta_r_deg
@@ -40,9 +55,19 @@ def rough_diffuse(g: Geometry, rho: FacetReflectance, s: SlopeAngle) -> PerStera
 
 @drawn_by(COSINE)
 def rough_diffuse_qualitative(g: Geometry, s: SmallSlopeAngle) -> PerSteradian:
-    """Oren and Nayar's simpler form, without the facets' second reflections (oren1994; formulas 7.2).
+    r"""Oren and Nayar's simpler form, without the facets' second reflections (oren1994; formulas 7.2).
 
     The sine of the larger angle times the tangent of the smaller needs no angles: it is over the larger cosine.
+
+    .. math::
+
+        \begin{aligned}
+        f_d &= \frac{C_1 + C_2}{\pi} \\
+        C_1 &= 1 - \frac{0.5\,s^2}{s^2 + 0.33} \\
+        C_2 &= \frac{0.45\,s^2}{s^2 + 0.09}\max(0, \cos\varphi)\sin a\tan b \\
+        a &= \max(\theta_i, \theta_r) \\
+        b &= \min(\theta_i, \theta_r)
+        \end{aligned}
     """
     xp = namespace(g.z_i)
     along = g.x_i * g.x_r + g.y_i * g.y_r

@@ -14,7 +14,17 @@ ROUNDING = 1e-32  # of a squared distance of unit vectors
 
 
 def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
-    """A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9)."""
+    r"""A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9).
+
+    .. math::
+
+        \begin{aligned}
+        f_a &= \frac{1}{B + \Delta^g} \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    where :math:`\Delta` is the distance to the mirror direction in direction cosines.
+    """
     # the mirror direction itself has no logarithm, and a power below 1 no slope there
     return 1 / (B + (shift_squared(geometry) + ROUNDING) ** (g / 2))
 

@@ -27,13 +27,29 @@ def _mirrored(g: Geometry) -> Array:
 
 @drawn_by(MIRRORED)
 def phong_shading(g: Geometry, n: Shininess) -> Dimensionless:
-    """Shading of 1975 as a BRDF: a cosine power about the mirror direction over cos theta_i (phong1975)."""
+    r"""Shading of 1975 as a BRDF: a cosine power about the mirror direction over cos theta_i (phong1975).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{\max(0, E)^n}{\cos\theta_i} \\
+        E &= \cos\theta_i\cos\theta_r - \sin\theta_i\sin\theta_r\cos\varphi
+        \end{aligned}
+    """
     return _mirrored(g) ** n / g.cos_i
 
 
 @drawn_by(MIRRORED)
 def normalised_phong(g: Geometry, n: Shininess) -> PerSteradian:
-    """The same lobe without the cosine, of unit reflectance at normal incidence (lewis1994)."""
+    r"""The same lobe without the cosine, of unit reflectance at normal incidence (lewis1994).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{n + 2}{2\pi}\,\max(0, E)^n \\
+        E &= \cos\theta_i\cos\theta_r - \sin\theta_i\sin\theta_r\cos\varphi
+        \end{aligned}
+    """
     return (n + 2) / (2 * math.pi) * _mirrored(g) ** n
 
 
@@ -58,7 +74,15 @@ modified_phong = Model(
 
 @drawn_by(FacetNormals(cosine_power_normals, draw_cosine_power, of=lambda n, **_: (n,)))
 def blinn_facets(g: Geometry, n: Shininess) -> PerSteradian:
-    """Facets whose normals follow a power of the cosine, in V-grooves (blinn1977)."""
+    r"""Facets whose normals follow a power of the cosine, in V-grooves (blinn1977).
+
+    .. math::
+
+        f_s = \frac{D\,G}{4\cos\theta_i\cos\theta_r}
+
+    where D is Blinn's distribution of exponent n (:func:`.cosine_power_normals`) and G the masking and shadowing by
+    V-grooves (:func:`.v_groove`).
+    """
     return reflected(g, cosine_power_normals(g, n), v_groove(g))
 
 

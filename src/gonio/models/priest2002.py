@@ -14,19 +14,41 @@ NORMALS = FacetNormals(gaussian_slopes, draw_gaussian, of=lambda sigma, **_: (si
 
 
 def unmasked(g: Geometry, sigma: Array) -> Array:
-    """Gaussian facets, every one of them lit and seen."""
+    r"""Gaussian facets, every one of them lit and seen.
+
+    .. math::
+
+        f_g = \frac{1}{8\pi\sigma^2}\,\frac{1}{\cos\theta_i\cos\theta_r\cos^4\alpha}
+        \exp\left(-\frac{\tan^2\alpha}{2\sigma^2}\right)
+    """
     return reflected(g, gaussian_slopes(g, sigma), 1.0)
 
 
 @drawn_by(NORMALS)
 def unmasked_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> PerSteradian:
-    """Gaussian facets and Fresnel, nothing masked (priest2002)."""
+    r"""Gaussian facets and Fresnel, nothing masked (priest2002).
+
+    .. math::
+
+        f_s = F(\beta)\,f_g
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and :math:`f_g` the reflection of perfect mirrors of rms
+    slope :math:`\sigma` per axis (:func:`.unmasked`).
+    """
     return unpolarised(g.cos_beta, index, extinction) * unmasked(g, sigma)
 
 
 @drawn_by(NORMALS)
 def polarising_facets(g: Geometry, sigma: Slope, index: Index, extinction: Extinction) -> MuellerPerSteradian:
-    """The Mueller matrix of the same: Gaussian facets, nothing masked, nothing depolarised (priest2002)."""
+    r"""The Mueller matrix of the same: Gaussian facets, nothing masked, nothing depolarised (priest2002).
+
+    .. math::
+
+        f_s = f_g\,M
+
+    where :math:`f_g` is the reflection of perfect mirrors of rms slope :math:`\sigma` per axis (:func:`.unmasked`)
+    and M the Mueller matrix of a facet (:func:`.reflection`).
+    """
     return unmasked(g, sigma)[..., None, None] * reflection(g, index, extinction)
 
 

@@ -11,6 +11,13 @@ import numpy as np
 
 from gonio.model import NearestNames
 
+ABOUT = """Surfaces that papers print the constants of, by name.
+
+`gonio.published["Al"]` has the name of the `model`, its `values`, the `unit`, `wavelength_nm`, and `cite` and `where`,
+which say where they stand; `at(theta_i)` interpolates values that are tabulated over the incidence angle [deg]. A name
+that it does not have raises a KeyError with the nearest names.
+"""
+
 
 @dataclass(frozen=True)
 class Published:
@@ -61,7 +68,7 @@ def _published() -> NearestNames[Published]:
             paper = load(path.name.removesuffix(".toml"))
             for surface in paper.get("surface", []):
                 entries[surface["name"]] = _surface(surface, path.name.removesuffix(".toml"), paper)
-    return NearestNames("published surface", entries)
+    return NearestNames("published surface", entries, ABOUT)
 
 
 def _surface(entry: Mapping[str, Any], cite: str, paper: Mapping[str, Any]) -> Published:

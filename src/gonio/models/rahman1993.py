@@ -13,7 +13,18 @@ HotSpot = Annotated[float, Parameter(0.1, 0.0, 1.0, "hot-spot parameter, often s
 
 
 def bowl_with_hot_spot(g: Geometry, k: Bowl, theta: Asymmetry, rc: HotSpot) -> PerSteradian:
-    """Powers of the cosines, Henyey-Greenstein's phase function and a hot spot (rahman1993; formulas 7.12)."""
+    r"""Powers of the cosines, Henyey-Greenstein's phase function and a hot spot (rahman1993; formulas 7.12).
+
+    .. math::
+
+        \begin{aligned}
+        f_r &= \frac{1}{\pi}\,M^{k - 1}\,P\,E \\
+        M &= \cos\theta_i\cos\theta_r\,(\cos\theta_i + \cos\theta_r) \\
+        P &= \frac{1 - \Theta^2}{(1 + \Theta^2 + 2\Theta\cos 2\beta)^{3/2}} \\
+        E &= 1 + \frac{1 - r_c}{1 + \sqrt{T}} \\
+        T &= \tan^2\theta_i + \tan^2\theta_r - 2\tan\theta_i\tan\theta_r\cos\varphi
+        \end{aligned}
+    """
     cos = cos_phase(g)
     powers = (g.cos_i * g.cos_r * (g.cos_i + g.cos_r)) ** (k - 1)
     phase = (1 - theta**2) / (1 + theta**2 + 2 * theta * cos) ** 1.5

@@ -20,7 +20,21 @@ LobeWidth = Annotated[float, Parameter(0.2, 0.01, 1.0, "width of the specular lo
 
 @drawn_by(Either(COSINE, FacetNormals(ggx_slopes, draw_ggx, of=lambda e, **_: (e,)), 0.5))
 def paint(g: Geometry, rho_d: Diffuse, eps: Emissivity, b: Grazing, e: LobeWidth) -> PerSteradian:
-    """Diffuse part and specular lobe whose reflectances and emissivity sum to 1 (sandford1985; formulas 7.15)."""
+    r"""Diffuse part and specular lobe whose reflectances and emissivity sum to 1 (sandford1985; formulas 7.15).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{\rho_d}{\pi}\,E(\theta_i)\,E(\theta_r)
+        + \frac{\max(0, R)\,h}{4\pi H\cos\theta_r} \\
+        R &= 1 - (\rho_d + \varepsilon)\,E(\theta_i) \\
+        E(\theta) &= \frac{1}{J\,(1 + b^2\tan^2\theta)} \\
+        J &= \frac{1}{1 - b^2}\left(1 + \frac{b^2\ln(b^2)}{1 - b^2}\right) \\
+        h &= \frac{1}{(e^2\cos^2\alpha + \sin^2\alpha)^2} \\
+        H &= \frac{1}{2e^2}\left(q + \frac{2e^2 + q^2}{\sqrt{q^2 + 4e^2}}\right) \\
+        q &= (1 - e^2)\cos\theta_i
+        \end{aligned}
+    """
     xp = namespace(g.cos_i)
     mean = grazing_mean(b)
     fall_i, fall_r = _fall(g.cos_i, b) / mean, _fall(g.cos_r, b) / mean

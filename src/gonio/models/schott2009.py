@@ -22,7 +22,20 @@ Power = Annotated[float, Parameter(1.0, 0.0, 4.0, "j: 0 area density, 1 projecte
 
 @drawn_by(FacetNormals(angle_normals, draw_angle, of=lambda tilt, **_: (to_radians(tilt),)))
 def tilted_facets(g: Geometry, tilt: Tilt, j: Power, index: Index, extinction: Extinction) -> PerSteradian:
-    """Gaussian in the tilt angle, in V-grooves, Fresnel, over cos^j alpha (formulas 6.3, reconstructed)."""
+    r"""Gaussian in the tilt angle, in V-grooves, Fresnel, over cos^j alpha (formulas 6.3, reconstructed).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{F(\beta)\,G\,p}{4\cos\theta_i\cos\theta_r\cos^j\alpha} \\
+        p &= \frac{1}{2\pi E}\exp\left(-\frac{\alpha^2}{2s^2}\right) \\
+        E &= \int_0^{\pi/2} \exp\left(-\frac{a^2}{2s^2}\right)\sin a\,\mathrm{d}a \\
+        s &= \frac{\pi}{180}\,\mathrm{tilt}
+        \end{aligned}
+
+    where F is Fresnel's reflectance (:func:`.unpolarised`) and G the masking and shadowing by V-grooves
+    (:func:`.v_groove`).
+    """
     xp = namespace(g.tan_alpha_squared)
     width = tilt * (math.pi / 180)
     flat = g.tan_alpha_squared < 1e-24

@@ -17,7 +17,14 @@ LobeWidth = Annotated[float, Parameter(32.0, 1.0, 720.0, "standard deviation of 
 
 @drawn_by(PolarLobe(draw_gaussian_angle, gaussian_angle, of=lambda sigma_m, **_: (to_radians(sigma_m),)))
 def gaussian_lobe(g: Geometry, sigma_m: LobeWidth) -> PerDegree:
-    """Multiple reflections: a Gaussian of theta_r in degrees (guo2023, eq 5)."""
+    r"""Multiple reflections: a Gaussian of theta_r in degrees (guo2023, eq 5).
+
+    .. math::
+
+        f_{dd} = \frac{1}{\sqrt{2\pi}\,\sigma_m}\exp\left(-\frac{\theta_r^2}{2\sigma_m^2}\right)
+
+    where all angles are in degrees.
+    """
     squared = g.theta_r_squared
     return namespace(squared).exp(-squared / (2 * sigma_m**2)) / (math.sqrt(2 * math.pi) * sigma_m)
 

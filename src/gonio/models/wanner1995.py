@@ -15,7 +15,13 @@ CROWN_HEIGHT = 2.0
 
 
 def ross_thick(g: Geometry) -> PerSteradian:
-    """Volume scattering in a dense canopy of leaves: the kernel over pi (wanner1995; formulas 7.13)."""
+    r"""Volume scattering in a dense canopy of leaves: the kernel over pi (wanner1995; formulas 7.13).
+
+    .. math::
+
+        f_v = \frac{1}{\pi}\left(\frac{(\pi/2 - 2\beta)\cos 2\beta + \sin 2\beta}{\cos\theta_i + \cos\theta_r}
+        - \frac{\pi}{4}\right)
+    """
     sin_half = sin_half_phase(g)
     phase = 2 * namespace(sin_half).atan2(sin_half, g.cos_beta)
     scattered = (math.pi / 2 - phase) * cos_phase(g) + 2 * sin_half * g.cos_beta
@@ -23,7 +29,19 @@ def ross_thick(g: Geometry) -> PerSteradian:
 
 
 def li_sparse_reciprocal(g: Geometry) -> PerSteradian:
-    """Shadows of sparse crowns seen from the side of the light or not: the kernel over pi (formulas 7.13)."""
+    r"""Shadows of sparse crowns seen from the side of the light or not: the kernel over pi (formulas 7.13).
+
+    .. math::
+
+        \begin{aligned}
+        f_g &= \frac{1}{\pi}\left(O - E + \frac{1 + \cos 2\beta}{2\cos\theta_i\cos\theta_r}\right) \\
+        E &= \frac{1}{\cos\theta_i} + \frac{1}{\cos\theta_r} \\
+        O &= \frac{E}{\pi}\,(t - \sin t\cos t) \\
+        t &= \arccos(\min(1, 2\sqrt{T}/E)) \\
+        T &= \tan^2\theta_i + \tan^2\theta_r - 2\tan\theta_i\tan\theta_r\cos\varphi \\
+        &+ \tan^2\theta_i\tan^2\theta_r\sin^2\varphi
+        \end{aligned}
+    """
     sec_i, sec_r = 1 / g.cos_i, 1 / g.cos_r
     both = sec_i + sec_r
     across = (g.x_i * g.y_r - g.y_i * g.x_r) * sec_i * sec_r

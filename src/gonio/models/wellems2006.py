@@ -23,7 +23,15 @@ def _draw(u: Array, v: Array, s: Array, q: Array) -> tuple[Array, Array]:
 
 @drawn_by(FacetNormals(hyper_cauchy_slopes, _draw, of=lambda s, q, **_: (s, q)))
 def hyper_cauchy_facets(g: Geometry, s: Spread, q: Tail, index: Index, extinction: Extinction) -> MuellerPerSteradian:
-    """Mueller matrix of hyper-Cauchy facets; V-grooves stand for the paper's own masking (wellems2006)."""
+    r"""Mueller matrix of hyper-Cauchy facets; V-grooves stand for the paper's own masking (wellems2006).
+
+    .. math::
+
+        f_s = \frac{D\,G}{4\cos\theta_i\cos\theta_r}\,M
+
+    where D is the hyper-Cauchy distribution of width s and tail q (:func:`.hyper_cauchy_slopes`), G the masking and
+    shadowing by V-grooves (:func:`.v_groove`) and M the Mueller matrix of a facet (:func:`.reflection`).
+    """
     return reflected(g, hyper_cauchy_slopes(g, s, q), v_groove(g))[..., None, None] * reflection(g, index, extinction)
 
 

@@ -14,7 +14,15 @@ from gonio.optics.wu import (
 
 
 def reciprocal_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPower) -> Dimensionless:
-    """The same facets over both cosines (formulas 6.7, convention "reciprocal")."""
+    r"""The same facets over both cosines (formulas 6.7, convention "reciprocal").
+
+    .. math::
+
+        f_b = \frac{P}{\cos\theta_i\cos\theta_r}
+
+    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`,
+    :math:`b` and :math:`a` (:func:`.facets_and_shadowing`).
+    """
     return facets_and_shadowing(g, kr, b, a) / (g.cos_i * g.cos_r)
 
 

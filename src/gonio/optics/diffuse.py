@@ -15,11 +15,21 @@ def _ones(g: Geometry) -> Array:
 
 @drawn_by(COSINE)
 def uniform(g: Geometry) -> Dimensionless:
-    """Ideal diffuse reflection as guo2023 writes it: f_id = 1, not 1/pi (eq 8)."""
+    """Ideal diffuse reflection as guo2023 writes it: f_id = 1, not 1/pi (eq 8).
+
+    .. math::
+
+        f_{id} = 1
+    """
     return _ones(g)
 
 
 @drawn_by(COSINE)
 def lambertian(g: Geometry) -> PerSteradian:
-    """Ideal diffuse reflection of unit reflectance (lambert1760)."""
+    r"""Ideal diffuse reflection of unit reflectance (lambert1760).
+
+    .. math::
+
+        f_d = \frac{1}{\pi}
+    """
     return _ones(g) / math.pi

@@ -23,7 +23,12 @@ Width = Annotated[float, Parameter(0.3, 0.01, 1.0, "width of the distribution of
 
 
 def beckmann_slopes(g: Geometry, m: Array, across: Array | None = None) -> Array:
-    """Beckmann's Gaussian: `m` is the total rms slope."""
+    r"""Beckmann's Gaussian: `m` is the total rms slope.
+
+    .. math::
+
+        D = \frac{1}{\pi m^2\cos^4\alpha} \exp\left(-\frac{\tan^2\alpha}{m^2}\right)
+    """
     squared, per_slope = _slopes(g, m, across)
     return per_slope * namespace(squared).exp(-squared)
 
@@ -34,19 +39,36 @@ def gaussian_slopes(g: Geometry, sigma: Array) -> Array:
 
 
 def student_slopes(g: Geometry, width: Array, c: Array, across: Array | None = None) -> Array:
-    """Student's t of exponent `c` > 1: heavier tails than Gaussian, GGX at c = 2, Beckmann as c grows."""
+    r"""Student's t of exponent `c` > 1: heavier tails than Gaussian, GGX at c = 2, Beckmann as c grows.
+
+    .. math::
+
+        D = \frac{1}{\pi w^2\cos^4\alpha} \left(1 + \frac{\tan^2\alpha}{(c - 1)\,w^2}\right)^{-c}
+    """
     squared, per_slope = _slopes(g, width, across)
     return per_slope * (1 + squared / (c - 1)) ** (-c)
 
 
 def ggx_slopes(g: Geometry, width: Array, across: Array | None = None) -> Array:
-    """Trowbridge and Reitz's distribution, called GGX (walter2007)."""
+    r"""Trowbridge and Reitz's distribution, called GGX (walter2007).
+
+    .. math::
+
+        D = \frac{w^2}{\pi\cos^4\alpha\,(w^2 + \tan^2\alpha)^2}
+    """
     squared, per_slope = _slopes(g, width, across)
     return per_slope * (1 / (1 + squared) ** 2)
 
 
 def exponential_power_slopes(g: Geometry, width: Array, p: Array) -> Array:
-    """The exponential of a power of the slope: Beckmann at p = 1, exponential at 1/2 (holzschuch2017)."""
+    r"""The exponential of a power of the slope: Beckmann at p = 1, exponential at 1/2 (holzschuch2017).
+
+    .. math::
+
+        D = \frac{p}{\pi w^2\,\Gamma(1/p)\,\cos^4\alpha} \exp\left(-\left(\frac{\tan^2\alpha}{w^2}\right)^p\right)
+
+    where :math:`\Gamma` is the gamma function.
+    """
     squared, per_slope = _slopes(g, width, None)
     xp = namespace(squared)
     # the mirror direction has no logarithm, and a power below 1 no slope there
@@ -55,19 +77,38 @@ def exponential_power_slopes(g: Geometry, width: Array, p: Array) -> Array:
 
 
 def hyper_cauchy_slopes(g: Geometry, s: Array, q: Array) -> Array:
-    """The hyper-Cauchy distribution (wellems2006) is Student's t of width s sqrt(2/(q - 1))."""
+    r"""The hyper-Cauchy distribution (wellems2006) is Student's t of width s sqrt(2/(q - 1)).
+
+    .. math::
+
+        D = \frac{(q - 1)\,2^{q - 1}}{\pi s^2\cos^4\alpha\,(2 + \tan^2\alpha/s^2)^q}
+    """
     return student_slopes(g, s * (2 / (q - 1)) ** 0.5, q)
 
 
 def cosine_power_normals(g: Geometry, n: Array) -> Array:
-    """Blinn's power of the cosine of the tilt (blinn1977)."""
+    r"""Blinn's power of the cosine of the tilt (blinn1977).
+
+    .. math::
+
+        D = \frac{n + 2}{2\pi}\cos^n\alpha
+    """
     return (n + 2) / (2 * math.pi) * g.cos_alpha**n
 
 
 def gtr_normals(g: Geometry, width: Array, c: Array) -> Array:
-    """Generalised Trowbridge and Reitz: GGX at c = 2, longer tails at 1, where it has a logarithm (burley2012).
+    r"""Generalised Trowbridge and Reitz: GGX at c = 2, longer tails at 1, where it has a logarithm (burley2012).
 
     The constant is a quotient of (exp(u) - 1)/u, of which neither c = 1 nor a width of 1 is a special case.
+
+    .. math::
+
+        \begin{aligned}
+        D &= \frac{K}{(w^2\cos^2\alpha + \sin^2\alpha)^c} \\
+        K &= \frac{(c - 1)(1 - w^2)}{\pi\,(w^{2 - 2c} - 1)}
+        \end{aligned}
+
+    where :math:`K = (w^2 - 1)/(\pi\ln w^2)` at :math:`c = 1` and :math:`K = 1/\pi` at :math:`w = 1`.
     """
     xp = namespace(g.cos_alpha)
     squared = width**2
@@ -84,7 +125,17 @@ def reflected(g: Geometry, normals: Array, masking: Array) -> Array:
 
 @drawn_by(FacetNormals(gaussian_slopes, draw_gaussian, of=lambda sigma, **_: (sigma,)))
 def gaussian_facets(g: Geometry, sigma: Slope) -> PerSteradian:
-    """Single reflection from Gaussian facets in V-grooves, without Fresnel factor (guo2023, eqs 3 and 4)."""
+    r"""Single reflection from Gaussian facets in V-grooves, without Fresnel factor (guo2023, eqs 3 and 4).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{D\,G}{4\cos\theta_i\cos\theta_r} \\
+        D &= \frac{1}{2\pi\sigma^2\cos^4\alpha} \exp\left(-\frac{\tan^2\alpha}{2\sigma^2}\right)
+        \end{aligned}
+
+    where G is the masking and shadowing by V-grooves (:func:`.v_groove`).
+    """
     return reflected(g, gaussian_slopes(g, sigma), v_groove(g))
 
 

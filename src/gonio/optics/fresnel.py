@@ -14,7 +14,20 @@ Extinction = Annotated[float, Parameter(0.0, 0.0, 20.0, "refractive index, imagi
 
 
 def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
-    """Mean of the s and p reflectances of complex index n + i k at local incidence beta."""
+    r"""Mean of the s and p reflectances of complex index n + i k at local incidence beta.
+
+    .. math::
+
+        \begin{aligned}
+        F(\beta) &= \frac{\lvert r_s\rvert^2 + \lvert r_p\rvert^2}{2} \\
+        r_s &= \frac{\cos\beta - \kappa}{\cos\beta + \kappa} \\
+        r_p &= \frac{N^2\cos\beta - \kappa}{N^2\cos\beta + \kappa} \\
+        \kappa &= \sqrt{N^2 - \sin^2\beta} \\
+        N &= n + \mathrm{i}k
+        \end{aligned}
+
+    where n is the index, k the extinction and N the complex index.
+    """
     r_s, r_p, _, _ = reflectances(cos_beta, n, k)
     return (r_s + r_p) / 2
 
@@ -54,5 +67,10 @@ def with_fresnel(term: Term, n: float, k: float) -> Term:
 
 
 def schlick(cos_beta: Array, f0: Array) -> Array:
-    """Schlick's approximation from the reflectance at normal incidence."""
+    r"""Schlick's approximation from the reflectance at normal incidence.
+
+    .. math::
+
+        F = F_0 + (1 - F_0)(1 - \cos\beta)^5
+    """
     return f0 + (1 - f0) * (1 - cos_beta) ** 5

@@ -25,7 +25,12 @@ _PORTION = 2**15  # terms at once: they fit into a processor's cache
 
 
 def shift_squared(g: Geometry) -> Array:
-    """Squared distance to the mirror direction in direction cosines: (2 cos beta sin alpha)^2 (formulas 0)."""
+    r"""Squared distance to the mirror direction in direction cosines: (2 cos beta sin alpha)^2 (formulas 0).
+
+    .. math::
+
+        \Delta = 2\cos\beta\sin\alpha
+    """
     x, y = g.x_i + g.x_r, g.y_i + g.y_r
     return x * x + y * y
 
@@ -36,7 +41,20 @@ def phase_variance(g: Geometry, rms_height: Array, wavelength: Array) -> Array:
 
 
 def diffracted(g: Geometry, rms_height: Array, length: Array, wavelength: Array) -> Array:
-    """The kernel K [1/sr] of heights with Gaussian autocorrelation, for any roughness (formulas 7.7)."""
+    r"""The kernel K [1/sr] of heights with Gaussian autocorrelation, for any roughness (formulas 7.7).
+
+    .. math::
+
+        \begin{aligned}
+        K &= \frac{\pi\ell^2}{\lambda^2}\,\mathrm{e}^{-g}\sum_{m=1}^{\infty} \frac{g^m}{m!\,m}
+        \exp\left(-\frac{\pi^2\ell^2\Delta^2}{m\lambda^2}\right) \\
+        g &= \left(\frac{2\pi\sigma}{\lambda}(\cos\theta_i + \cos\theta_r)\right)^2 \\
+        \Delta &= 2\cos\beta\sin\alpha
+        \end{aligned}
+
+    where :math:`\ell` is the correlation length, g the variance of the optical phase and :math:`\Delta` the distance
+    to the mirror direction in direction cosines.
+    """
 
     def kernel(rms_height: Array, length: Array, wavelength: Array) -> Array:
         variance = phase_variance(g, rms_height, wavelength)
@@ -47,7 +65,12 @@ def diffracted(g: Geometry, rms_height: Array, length: Array, wavelength: Array)
 
 
 def kirchhoff_obliquity(g: Geometry) -> Array:
-    """Square of the Kirchhoff obliquity over both cosines: cos^2 b/(cos^2 a cos theta_i cos theta_r)."""
+    r"""Square of the Kirchhoff obliquity over both cosines: cos^2 b/(cos^2 a cos theta_i cos theta_r).
+
+    .. math::
+
+        O = \frac{\cos^2\beta}{\cos^2\alpha\cos\theta_i\cos\theta_r}
+    """
     return (g.cos_beta / g.cos_alpha) ** 2 / (g.cos_i * g.cos_r)
 
 

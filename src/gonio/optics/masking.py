@@ -9,14 +9,24 @@ from gonio.units import to_degrees
 
 
 def v_groove(g: Geometry) -> Array:
-    """Torrance and Sparrow's V-grooves (guo2023, eq 4): 1, or the unblocked part of the narrower direction."""
+    r"""Torrance and Sparrow's V-grooves (guo2023, eq 4): 1, or the unblocked part of the narrower direction.
+
+    .. math::
+
+        G = \min\left(1, \frac{2\cos\alpha\cos\theta_r}{\cos\beta}, \frac{2\cos\alpha\cos\theta_i}{\cos\beta}\right)
+    """
     xp = namespace(g.cos_i)
     unblocked = 2 * xp.where(g.cos_i < g.cos_r, g.cos_i, g.cos_r) * g.cos_ratio
     return xp.where(unblocked > 1.0, 1.0, unblocked)
 
 
 def smith(lambda_i: Array, lambda_r: Array) -> Array:
-    """Smith's height-correlated masking and shadowing from the two Lambda functions (formulas 3.2)."""
+    r"""Smith's height-correlated masking and shadowing from the two Lambda functions (formulas 3.2).
+
+    .. math::
+
+        G = \frac{1}{1 + \Lambda(\theta_i) + \Lambda(\theta_r)}
+    """
     return 1 / (1 + lambda_i + lambda_r)
 
 
@@ -26,10 +36,21 @@ def smith_uncorrelated(lambda_i: Array, lambda_r: Array) -> Array:
 
 
 def van_ginneken(g: Geometry, lambda_i: Array, lambda_r: Array) -> Array:
-    """Smith's masking and shadowing, correlated by the azimuth between the directions (vanginneken1998).
+    r"""Smith's masking and shadowing, correlated by the azimuth between the directions (vanginneken1998).
 
     Where the azimuths agree, every lit facet is visible, and only the larger Lambda counts. At opposite azimuths it is
     nearly `smith`, whose only correlation is that of the heights.
+
+    .. math::
+
+        \begin{aligned}
+        G &= \frac{1}{1 + \max(\Lambda_i, \Lambda_r) + \eta\min(\Lambda_i, \Lambda_r)} \\
+        \Lambda_i &= \Lambda(\theta_i) \\
+        \Lambda_r &= \Lambda(\theta_r) \\
+        \eta &= \frac{4.41\,\varphi}{4.41\,\varphi + 1}
+        \end{aligned}
+
+    where :math:`\varphi` is the angle between the azimuths, 0 to :math:`\pi` [rad].
     """
     xp = namespace(lambda_i)
     correlation = 4.41 * _azimuth(g)
@@ -39,8 +60,15 @@ def van_ginneken(g: Geometry, lambda_i: Array, lambda_r: Array) -> Array:
     return 1 / (1 + larger + both * xp.where(steeper_i, lambda_r, lambda_i))
 
 
-def maxwell_beard(g: Geometry, tau: Array, omega: Array) -> Array:
-    """Maxwell and Beard's shadowing and obscuration; `tau` and `omega` in degrees (formulas 3.4)."""
+def shadowing_and_obscuration(g: Geometry, tau: Array, omega: Array) -> Array:
+    r"""Maxwell and Beard's shadowing and obscuration; `tau` and `omega` in degrees (formulas 3.4).
+
+    .. math::
+
+        S = \frac{1 + (\alpha/\Omega)\exp(-2\beta/\tau)}{1 + \alpha/\Omega}
+
+    where all angles are in degrees.
+    """
     xp = namespace(g.z_i)
     x, y, z = g.x_i + g.x_r, g.y_i + g.y_r, g.z_i + g.z_r
     across = _length(g.x_i - g.x_r, g.y_i - g.y_r, g.z_i - g.z_r)
@@ -50,7 +78,15 @@ def maxwell_beard(g: Geometry, tau: Array, omega: Array) -> Array:
 
 
 def beckmann_lambda(cos: Array, m: Array) -> Array:
-    """Smith's Lambda of Gaussian slopes of total rms m, for a direction of this cosine."""
+    r"""Smith's Lambda of Gaussian slopes of total rms m, for a direction of this cosine.
+
+    .. math::
+
+        \begin{aligned}
+        \Lambda(\theta) &= \frac{\operatorname{erf}(x) - 1}{2} + \frac{\exp(-x^2)}{2x\sqrt{\pi}} \\
+        x &= \frac{\cot\theta}{m}
+        \end{aligned}
+    """
     xp = namespace(cos)
     x = cos / (m * _sine(cos))
     return (special("erf", x) - 1) / 2 + xp.exp(-(x**2)) / (2 * math.sqrt(math.pi) * x)
@@ -72,9 +108,16 @@ def elliptical_ggx_lambda(x: Array, y: Array, z: Array, along: Array, across: Ar
 
 
 def ggx_visibility(g: Geometry, width: Array) -> Array:
-    """Smith's height-correlated masking of GGX slopes over 4 cos theta_i cos theta_r (formulas 3.2).
+    r"""G/(4 cos theta_i cos theta_r), G being Smith's height-correlated masking of GGX slopes (formulas 3.2).
 
     (1 + 2 Lambda) cos is a root that no cosine divides: finite at grazing, and a fifth of the work.
+
+    .. math::
+
+        \begin{aligned}
+        G &= \frac{2\cos\theta_i\cos\theta_r}{R(\theta_i)\cos\theta_r + R(\theta_r)\cos\theta_i} \\
+        R(\theta) &= \sqrt{\cos^2\theta + w^2\sin^2\theta}
+        \end{aligned}
     """
     return 0.5 / (g.cos_r * _ggx_root(g.cos_i, width) + g.cos_i * _ggx_root(g.cos_r, width))
 
@@ -92,10 +135,22 @@ def _sine(cos: Array) -> Array:
 
 @once_each
 def student_lambda(cos: Array, width: Array, c: Array) -> Array:
-    """Smith's Lambda of Student's t slopes, c > 1.5: the exact form, its hypergeometric part by quadrature.
+    r"""Smith's Lambda of Student's t slopes, c > 1.5: the exact form, its hypergeometric part by quadrature.
 
     x 2F1(1/2, c - 1/2; 3/2; -x^2/(c - 1)) is the integral of (1 + u^2/(c - 1))^(1/2 - c) from 0 to x; after
     u = sqrt(c - 1) sinh(s) the integrand is smooth in s and traces in any array library.
+
+    .. math::
+
+        \begin{aligned}
+        \Lambda(\theta) &= E\left(\frac{(c - 1)^c}{2c - 3}\,S_1 + \sqrt{c - 1}\,S_2\right) - \frac{1}{2} \\
+        E &= \frac{\Gamma(c - 1/2)}{\Gamma(c)\,\sqrt{\pi}} \\
+        S_1 &= \frac{(c - 1 + x^2)^{3/2 - c}}{x} \\
+        S_2 &= \int_0^x \left(1 + \frac{u^2}{c - 1}\right)^{1/2 - c}\,\mathrm{d}u \\
+        x &= \frac{\cot\theta}{w}
+        \end{aligned}
+
+    where :math:`\Gamma` is the gamma function.
     """
     xp = namespace(cos)
     x = cos / (width * _sine(cos))
@@ -113,10 +168,21 @@ def student_lambda(cos: Array, width: Array, c: Array) -> Array:
 
 @once_each
 def exponential_power_lambda(cos: Array, width: Array, p: Array) -> Array:
-    """Smith's Lambda of exponential-power slopes, by quadrature, good to 1e-9 for p from 0.2 to 1.5.
+    r"""Smith's Lambda of exponential-power slopes, by quadrature, good to 1e-9 for p from 0.2 to 1.5.
 
     For isotropic slopes of density P(r) it is 2 int (h - atan h) P(r) r dr over r > cot(theta), h = tan(acos(cot/r)).
     After h = sinh(s) the integrand is smooth up to grazing, where it spans orders of magnitude of r.
+
+    .. math::
+
+        \begin{aligned}
+        \Lambda(\theta) &= E\int_x^{\infty} (h - \arctan h)\,\exp(-r^{2p})\,r\,\mathrm{d}r \\
+        E &= \frac{2p}{\pi\,\Gamma(1/p)} \\
+        h &= \sqrt{r^2/x^2 - 1} \\
+        x &= \frac{\cot\theta}{w}
+        \end{aligned}
+
+    where r is the slope in units of the width.
     """
     xp = namespace(cos)
     x = cos / (width * _sine(cos))

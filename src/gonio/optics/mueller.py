@@ -13,10 +13,40 @@ OPPOSITE = 1e-12  # squared sine of 2 beta below which the rotations are those o
 
 
 def reflection(g: Geometry, n: Array, k: Array) -> Array:
-    """Mueller matrix (..., 4, 4) of a smooth facet of index n + i k whose normal is the half vector (priest2002).
+    r"""Mueller matrix (..., 4, 4) of a smooth facet of index n + i k whose normal is the half vector (priest2002).
 
     It depolarises nothing. Both rotations into the facet's plane of incidence come from vectors, so that no direction
     but exact opposition is singular; there the facet's s and p axes are those of the surface.
+
+    .. math::
+
+        \begin{aligned}
+        M &= T(-\varepsilon_r)\,M_F\,T(\varepsilon_i) \\
+        M_F &= \begin{pmatrix} A & B & 0 & 0 \\ B & A & 0 & 0 \\ 0 & 0 & C & S \\ 0 & 0 & -S & C \end{pmatrix} \\
+        T(\varepsilon) &= \begin{pmatrix} 1 & 0 & 0 & 0 \\ 0 & \cos 2\varepsilon & -\sin 2\varepsilon & 0 \\
+        0 & \sin 2\varepsilon & \cos 2\varepsilon & 0 \\ 0 & 0 & 0 & 1 \end{pmatrix} \\
+        A &= \frac{\lvert r_s\rvert^2 + \lvert r_p\rvert^2}{2} \\
+        B &= \frac{\lvert r_s\rvert^2 - \lvert r_p\rvert^2}{2} \\
+        C &= \operatorname{Re}(r_s\,\overline{r_p}) \\
+        S &= \operatorname{Im}(r_s\,\overline{r_p}) \\
+        r_s &= \frac{\cos\beta - \kappa}{\cos\beta + \kappa} \\
+        r_p &= \frac{N^2\cos\beta - \kappa}{N^2\cos\beta + \kappa} \\
+        \kappa &= \sqrt{N^2 - \sin^2\beta} \\
+        N &= n + \mathrm{i}k
+        \end{aligned}
+
+    The rotations from the surface's plane of incidence to the facet's are
+
+    .. math::
+
+        \begin{aligned}
+        \varepsilon_i &= -\operatorname{sgn}(\sin\varphi)
+        \arccos\left(\frac{\cos\alpha - \cos\theta_i\cos\beta}{\sin\theta_i\sin\beta}\right) \\
+        \varepsilon_r &= -\operatorname{sgn}(\sin\varphi)
+        \arccos\left(\frac{\cos\alpha - \cos\theta_r\cos\beta}{\sin\theta_r\sin\beta}\right)
+        \end{aligned}
+
+    where n is the index and k the extinction.
     """
     xp = namespace(g.cos_beta)
     r_s, r_p, real, imaginary = reflectances(g.cos_beta, n, k)

@@ -17,7 +17,20 @@ FresnelPower = Annotated[float, Parameter(2.0, 0.1, 10.0, "a: power of the Fresn
 
 
 def shadowing(g: Geometry) -> Array:
-    """Wu's G, symmetric in the two directions and discontinuous at the mirror direction (formulas 6.7)."""
+    r"""Wu's G, symmetric in the two directions and discontinuous at the mirror direction (formulas 6.7).
+
+    .. math::
+
+        \begin{aligned}
+        G &= \frac{1 + \omega\,\lvert t_i t_r\rvert/(1 + 16.4\,t_h)}{(1 + \omega t_i^2)(1 + \omega t_r^2)} \\
+        \omega &= 0.0136\left(1 + \frac{9\sin\alpha}{\sin\alpha + \cos\alpha}\right) \\
+        t_i &= \frac{\tan\theta_i\,(\sin\theta_i + \sin\theta_r\cos\varphi)}{2\sin\alpha\cos\beta} \\
+        t_r &= \frac{\tan\theta_r\,(\sin\theta_r + \sin\theta_i\cos\varphi)}{2\sin\alpha\cos\beta} \\
+        t_h &= \frac{\lvert\cos\theta_i - \cos\theta_r\rvert}{2\sin\alpha\cos\beta}
+        \end{aligned}
+
+    In the mirror direction :math:`t_i = \tan\theta_i`, :math:`t_r = \tan\theta_r` and :math:`t_h = \tan\beta`.
+    """
     xp = namespace(g.z_i + g.z_r)
     x, y = g.x_i + g.x_r, g.y_i + g.y_r
     squared = x * x + y * y
@@ -44,12 +57,27 @@ def _tangent(x: Array, y: Array, z: Array) -> Array:
 
 
 def statistical_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPower) -> Dimensionless:
-    """Facets of a rational distribution and an exponential Fresnel factor, over cos theta_r (wu2002)."""
+    r"""Facets of a rational distribution and an exponential Fresnel factor, over cos theta_r (wu2002).
+
+    .. math::
+
+        f_b = \frac{P}{\cos\theta_r}
+
+    where P is the product of distribution, Fresnel-like factor and shadowing, with the parameters :math:`k_r`,
+    :math:`b` and :math:`a` (:func:`.facets_and_shadowing`).
+    """
     return facets_and_shadowing(g, kr, b, a) / g.cos_r
 
 
 def facets_and_shadowing(g: Geometry, kr: Array, b: Array, a: Array) -> Array:
-    """What both conventions share: distribution, Fresnel-like factor and shadowing."""
+    r"""What both conventions share: distribution, Fresnel-like factor and shadowing.
+
+    .. math::
+
+        P = \frac{k_r^2\cos\alpha}{1 + (k_r^2 - 1)\cos\alpha}\,\exp(b\,(1 - \cos\beta)^a)\,G
+
+    where G is Wu's shadowing (:func:`.shadowing`).
+    """
     xp = namespace(g.cos_beta)
     missing = 1 - g.cos_beta
     # a positive floor, because the power's slope is infinite at zero; its value is below 1e-3 of the gain there
@@ -60,5 +88,10 @@ def facets_and_shadowing(g: Geometry, kr: Array, b: Array, a: Array) -> Array:
 
 @drawn_by(COSINE)
 def diffuse_over_cosine(g: Geometry) -> Dimensionless:
-    """The diffuse part over cos theta_i, as the five-parameter model has it (wu2002)."""
+    r"""The diffuse part over cos theta_i, as the five-parameter model has it (wu2002).
+
+    .. math::
+
+        f_d = \frac{1}{\cos\theta_i}
+    """
     return 1 / (g.cos_i + 0 * g.cos_r)

@@ -7,8 +7,18 @@ import numpy as np
 import xarray as xr
 
 from gonio.measured import dataset
-from gonio.plotting.panels import Curve, panel_curves, with_gaps
-from gonio.plotting.style import COLOURS, DASHES, MEASURED, THETA_R, Predictor, as_label, quantity_of, value_label
+from gonio.plotting.panels import Curve, by_origin, panel_curves, with_gaps
+from gonio.plotting.style import (
+    COLOURS,
+    DASHES,
+    HOLLOW,
+    MEASURED,
+    THETA_R,
+    Predictor,
+    as_label,
+    quantity_of,
+    value_label,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +32,14 @@ def curves_on(ax: "Axes", scan: xr.Dataset, fits: Fits) -> None:
     panels, _ = panel_curves(scan)
     for k, curve in enumerate(panels):
         colour = COLOURS[k % len(COLOURS)]
-        ax.plot(curve.theta_r, curve.measured, **MEASURED | {"color": colour}, label=f"θᵢ = {curve.theta_i:g}°")
+        for origin, rows in by_origin(curve.points, "measured").items():
+            filled = origin != "measured"
+            style = MEASURED | {"color": colour} | (HOLLOW if filled else {})
+            label = f"θᵢ = {curve.theta_i:g}°" + (f", {origin}" if filled else "")
+            ax.plot(curve.theta_r[rows], curve.measured[rows], **style, label=label)
         for j, (name, predictor) in enumerate(fits.items()):
-            style: dict[str, Any] = {"color": colour, "linestyle": DASHES[j % len(DASHES)], "linewidth": 1.2}
-            ax.plot(curve.fine_theta_r, predictor(curve.fine), **style, label=None if k else as_label(name))
+            line: dict[str, Any] = {"color": colour, "linestyle": DASHES[j % len(DASHES)], "linewidth": 1.2}
+            ax.plot(curve.fine_theta_r, predictor(curve.fine), **line, label=None if k else as_label(name))
     measured = np.concatenate([curve.measured for curve in panels])
     if (measured > 0).any():
         ax.set_yscale("log")

@@ -61,9 +61,19 @@ def by_origin(points: xr.Dataset, word: str) -> dict[str, Any]:
     return {name.replace("_", " "): rows for name, rows in kinds.items() if rows.size}
 
 
-def first_set(flat: xr.Dataset) -> tuple[xr.Dataset, str]:
-    """The first of several sets (channels, wavelengths, modes ..) of a flat scan, and which it is in words."""
-    first = {name: flat[name].values[0].item() for name in dataset.sets(flat)}
+def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
+    """The places of at most `most` of `count`, evenly chosen with both ends; of one that in the middle."""
+    if most == 1:
+        return np.array([(count - 1) // 2])
+    return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
+
+
+def first_set(flat: xr.Dataset, but: str = "") -> tuple[xr.Dataset, str]:
+    """The first of several sets (channels, wavelengths, modes ..) of a flat scan, and which it is in words.
+
+    All values of the coordinate `but` stay.
+    """
+    first = {name: flat[name].values[0].item() for name in dataset.sets(flat) if name != but}
     if not first:
         return flat, ""
     return dataset.select(flat, first), _words(first)
@@ -97,7 +107,7 @@ def panel_curves(scan: xr.Dataset, most: int = MOST_CURVES) -> tuple[list[Curve]
         raise ValueError("the scan holds no in-plane curve to draw: its directions are out of the plane of incidence")
     if len(in_plane) > most:
         notes.append(f"{most} of {len(in_plane)} incidence angles")
-        in_plane = [in_plane[k] for k in np.unique(np.linspace(0, len(in_plane) - 1, most).round().astype(int))]
+        in_plane = [in_plane[k] for k in evenly(len(in_plane), most)]
     return [_curve(flat, key, rows) for key, rows in in_plane], "; ".join(notes)
 
 

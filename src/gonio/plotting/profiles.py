@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gonio.fitting.certainty.profile import Profile
+from gonio.plotting.page.sheet import side_by_side
 from gonio.plotting.style import colour, heading, house_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
@@ -19,7 +20,8 @@ DECADE = 10.0  # the ratio of the ends of a profile from which its axis is logar
 
 def profiles(results: Sequence[Profile], uncertainties: Mapping[str, float], *, title: str = "") -> "Figure":
     """One panel for each value: the rise of the cost, the interval, and the parabola of the standard uncertainty."""
-    rows, columns = -(-len(results) // COLUMNS), min(len(results), COLUMNS)
+    columns = min(len(results), side_by_side(COLUMNS))
+    rows = -(-len(results) // columns)
     with house_style():
         figure = new_figure(max(2.3 * columns, 4.6) + 0.4, 2.3 * rows + 0.6)
         axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gonio.plotting.page.sheet import side_by_side
 from gonio.plotting.style import as_label, heading, house_style, line_style, new_figure, shared_legend, symbol
 from gonio.units import unit_label
 
@@ -30,7 +31,7 @@ def spectra(fits: Mapping[str, Parameters], *, title: str = "") -> "Figure":
     if not panels:
         raise ValueError("spectra shows parameters with one value for each wavelength: this fit has none")
     with house_style():
-        columns = min(len(panels), MOST_COLUMNS)
+        columns = min(len(panels), side_by_side(MOST_COLUMNS, 1.6))
         rows = -(-len(panels) // columns)
         figure = new_figure(max(2.9 * columns, 4.4) + 0.4, 2.5 * rows + 0.9)
         grid = figure.subplots(rows, columns, squeeze=False).ravel()

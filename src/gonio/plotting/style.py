@@ -214,9 +214,7 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
         refuse_existing(target, force)
     _make_printable(figure)
     with house_style():
-        if not current().is_plain:
-            thin_labels(figure)
-            refuse_crowded(figure, current().points)
+        fit_to_page(figure)
         if any(target.suffix.lower() == ".png" for target in targets):
             _refuse_vast(figure)
         for target in targets:
@@ -224,6 +222,14 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
             with replacing(target, force) as temporary:
                 figure.savefig(temporary, format=kind, metadata=UNDATED.get(kind))
     return targets
+
+
+def fit_to_page(figure: "Figure") -> None:
+    """Labels as many as have room, where something is asked of the page; ValueError where the figure has no room."""
+    if not current().is_plain:
+        with house_style():
+            thin_labels(figure)
+            refuse_crowded(figure, current().points)
 
 
 def _refuse_vast(figure: "Figure") -> None:

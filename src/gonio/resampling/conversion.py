@@ -77,11 +77,35 @@ def convert(
 ) -> Conversion:
     """Write a scan in another format: reduced to what that can hold, resampled where it has a grid of its own.
 
-    to: a format's name, where the suffix of `path` does not tell. `impose` and `filling` as for `resample`.
-    Raises ValueError, with the remedy, where the file would say something false: relative data in a format of absolute
-    ones, several wavelengths in a format of one, gaps in a format without any. FileExistsError where `path` exists and
-    `force` is False, and ValueError for a table that scatters more light than falls on it. Nothing is written then, nor
-    where the file cannot be read again.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan, as `gonio.read` gives it.
+    path : str or Path
+        Where the file is written.
+    to : str
+        The name of a format, where the suffix of `path` does not tell.
+    impose : sequence of str
+        Symmetries to impose, `reciprocity` or `bilateral`: each value becomes the mean over its images.
+    filling : Filling, optional
+        What may stand in gaps; without it gaps stay gaps.
+    force : bool
+        Whether a file that exists is replaced, and whether a table may scatter more light than falls on it.
+
+    Returns
+    -------
+    Conversion
+        The path and format, the scan as written, what was left out, and the error of the file as it reads back.
+
+    Raises
+    ------
+    FileExistsError
+        The file exists, and `force` is not set.
+    ValueError
+        The file would say something false: relative data in a format of absolute ones, several wavelengths in a format
+        of one, gaps in a format without any, more light scattered than falls on it; or it cannot be read again. The
+        message has the remedy, and nothing is written.
+
     """
     target = writer(path, to)
     assert target.write is not None

@@ -159,13 +159,29 @@ def _of_order_one(reference: Values, error: Values) -> tuple[Values, Values]:
 
 
 def difference(other: xr.Dataset, reference: xr.Dataset) -> Difference:
-    """`other` at the directions of `reference`: as measured where it has them, else interpolated.
+    """Compare two scans: `other` at the directions of `reference`, as measured where it has them, else interpolated.
 
     Values of the reference that are masked or missing take no part. Sets are matched by the coordinates that both name
-    (wavelength, channel, ..); a coordinate that only one of the two names is ignored, but for the mode: what names none
-    is of reflection, and is compared with the reflection of what has both. Raises ValueError for units that differ, for
-    a set of the reference that the other has no match for or several, for reflection against transmission, and for a
-    reference without a value.
+    (wavelength, channel, ..); a coordinate that only one of the two names is ignored, but for the mode: what names
+    none is of reflection, and is compared with the reflection of what has both.
+
+    Parameters
+    ----------
+    other, reference : xarray.Dataset
+        The scans, in the same unit.
+
+    Returns
+    -------
+    Difference
+        The common `points` with both values, how many are `missing`, and the figures of the difference: `rms`, `bias`
+        and more.
+
+    Raises
+    ------
+    ValueError
+        Units differ, a set of the reference has no match or several, reflection stands against transmission, or the
+        reference has no value.
+
     """
     if (unit := dataset.unit(reference)) != (other_unit := dataset.unit(other)):
         raise ValueError(

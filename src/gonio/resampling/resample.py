@@ -43,31 +43,60 @@ class Filling:
     """What may stand where a scan has no value: its images under symmetries first, then a function such as a model.
 
     Filling() fills nothing, and has the variable `origin` in the result.
+
+    Parameters
+    ----------
+    symmetries : tuple of str
+        `reciprocity`, `bilateral`.
+    function : callable, optional
+        Gives the BRDF (n,) at the n directions of a flat scan. Its values are taken as they are, in the scan's unit;
+        NaN leaves the gap.
+    name : str
+        What the history calls the function.
+
     """
 
-    symmetries: tuple[str, ...] = ()  # names in SYMMETRIES
-    function: Fill | None = None  # its values are taken as they are, in the scan's unit; NaN leaves the gap
-    name: str = ""  # what the history calls the function
+    symmetries: tuple[str, ...] = ()
+    function: Fill | None = None
+    name: str = ""
 
 
 def resample(
     scan: xr.Dataset, onto: xr.Dataset, *, impose: Sequence[str] = (), filling: Filling | None = None
 ) -> xr.Dataset:
-    """The BRDF of `scan` at the directions of `onto`, a Dataset of coordinates on a grid or on `direction`.
+    """Interpolate the BRDF of a scan at other directions.
 
     Values at directions that both have are taken as they are. Between them is linear interpolation in the scan's own
-    coordinates (interpolation.py), or the format's own where the scan carries one; outside is NaN, and so is what lies
-    below the horizon. Masked values are gaps. `impose` names symmetries of SYMMETRIES: the mean over the images of each
-    direction that have a value. `filling` says what may stand in gaps; without it they stay.
+    coordinates (`resampling.interpolation`), or the format's own where the scan carries one. Outside of the data and
+    below the horizon is NaN. Masked values are gaps.
 
     Standard uncertainties are interpolated as the values are, u = sum_k w_k u_k, which takes those of neighbours as
     fully correlated: of independent ones sqrt(sum_k (w_k u_k)^2) would be less. With `impose`, and for sets of more
     than MOST_LOOKED_UP values, the result has no uncertainties.
 
-    The result has the dimensions of `onto`, those of SETS with several values before them, and is NaN where the scan
-    has no such combination; on `direction`, sets follow one another. Variables other than brdf and its uncertainties
-    are dropped. The history says how many values came about in which way.
-    Raises ValueError for a symmetry that is none, and as `interpolator` does.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    onto : xarray.Dataset
+        Directions: coordinates [deg] on a grid or on `direction`.
+    impose : sequence of str
+        Symmetries, `reciprocity` or `bilateral`: each value is the mean over the images of its direction.
+    filling : Filling, optional
+        What may stand in gaps; without it they stay.
+
+    Returns
+    -------
+    xarray.Dataset
+        `brdf` on the dimensions of `onto`, with channels, wavelengths or samples before them, and NaN where the scan
+        has no such combination; on `direction` they follow one another. Variables other than brdf and its
+        uncertainties are dropped. The history says how many values came about in which way.
+
+    Raises
+    ------
+    ValueError
+        A symmetry is not known, or the directions cannot be interpolated.
+
     """
     check_symmetries(impose, filling)
     directions = directions_of(onto)

@@ -1,4 +1,4 @@
-"""What people read of fits: predictions, residuals, metrics, tables, reports and figures.
+"""What people read of fits: predictions, residuals, metrics, tables, short reports and figures.
 
 A Solution has these as its methods (`fitting.readable`), and finds them here by name. Each is loaded on first use, so
 that a number is not paid for with Matplotlib or pandas.
@@ -8,7 +8,6 @@ import importlib
 from typing import Any
 
 _HOMES = {
-    "as_html": "page",
     "as_text": "text",
     "dataframe": "values",
     "in_a_line": "text",
@@ -17,7 +16,6 @@ _HOMES = {
     "predicted": "prediction",
     "residuals": "prediction",
     "row_of": "prediction",
-    "write": "page",
 }
 
 

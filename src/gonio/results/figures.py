@@ -1,9 +1,8 @@
 """Figures of scans and of fits to them: which predictor and which curves each kind of figure needs."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -12,56 +11,27 @@ import xarray as xr
 from gonio.comparison.assessment import Row
 from gonio.fitting.certainty.band import band
 from gonio.fitting.solution import Solution
-from gonio.geometry import Geometry
 from gonio.measured import dataset
-from gonio.options import one_of
 from gonio.plotting.components import components
 from gonio.plotting.convergence import convergence
 from gonio.plotting.curves import curves
-from gonio.plotting.hemisphere import hemisphere, room_for_views, top_view
+from gonio.plotting.lobes.polar import Arc, polar
 from gonio.plotting.one_axes import ON_ONE_AXES
-from gonio.plotting.page.sheet import side_by_side
-from gonio.plotting.panels import FAR_SIDE, first_set, origin_word
+from gonio.plotting.page import drawn_on
+from gonio.plotting.panels import origin_word, panel_curves
 from gonio.plotting.residuals import residuals
 from gonio.plotting.spectra import SPECTRAL, spectra
-from gonio.plotting.style import SCALES, quantity_of
-from gonio.resampling.resample import resample
+from gonio.plotting.style import quantity_of
 from gonio.results.content import scan_name
 from gonio.results.numbers import LEVEL
+from gonio.results.over_hemisphere import draw_hemisphere, draw_lobe
+from gonio.results.over_wavelength import draw_spectrum
+from gonio.results.view import OF_ANGLES, OF_FITS, OF_VIEWS, WHOLE, Fits, View, at_incidence
+from gonio.results.words import Words, finished, page_of, view_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Fits = Mapping[str, Solution]
-
-
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """What of a scan is drawn, and how.
-
-    normalised, banded: for `curves`, over their specular value or with 95 % bands. scales: for `curves` and
-    `components`, the rows, of `linear` and `log`. theta_i: incidence angles of the scan [deg], all where it is empty.
-    together: all channels, wavelengths and other sets of a scan in the same panels of `curves`, not the first alone.
-    """
-
-    normalised: bool = False
-    banded: bool = False
-    scales: Sequence[str] = SCALES
-    theta_i: Sequence[float] = ()
-    together: bool = False
-
-    def __post_init__(self) -> None:
-        if not self.scales or any(scale not in SCALES for scale in self.scales):
-            raise ValueError(f"scales are {one_of(SCALES)}, or both")
-
-
-WHOLE = View()
-MOST_PANELS = 4
-SAME_ANGLE = 0.005  # deg: an angle is named as it is written, with two decimals
-OF_SCALES = ("curves", "components")
-OF_ANGLES = {"curves": 6, "residuals": 6, "components": 4, "hemisphere": MOST_PANELS}  # and the most of them
-OF_FITS = ("residuals", "components", "convergence", "spectra")  # figures that show nothing of a scan alone
 
 
 def plot(
@@ -69,21 +39,56 @@ def plot(
     solutions: Solution | Row | Iterable[Solution | Row] | Mapping[str, Solution | Row] | None = None,
     kind: str = "curves",
     ax: "Axes | None" = None,
+    **words: Unpack[Words],
 ) -> "Figure":
-    """Draw a scan and the fits to it; returns a Matplotlib Figure.
+    """Draw a scan and the fits to it.
 
-    solutions: one fit, several, those that `compare` ranked, or a mapping whose names stand in the legend; None draws
-    the scan alone. kind: `curves`, `residuals`, `components`, `hemisphere`, `convergence` or `spectra`.
-    ax: Matplotlib axes to draw `curves` or `residuals` on, all incidence angles together; the other kinds, and these
-    without ax, are figures of several panels.
-    Raises ValueError for another kind, and where the figure cannot show what it was given.
+    Parameters
+    ----------
+    scan : xarray.Dataset
+        The scan.
+    solutions : Solution, sequence, or mapping
+        One fit, several, those that `gonio.compare` ranked, or a mapping whose names stand in the legend. None draws
+        the scan alone.
+    kind : str
+        `curves`, `polar` (in plane, the value as a radius), `spectrum` (over wavelength or channel at a direction),
+        `hemisphere` (from above), `lobe` (in space), `residuals`, `components`, `convergence` or `spectra`.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw `curves` or `residuals` on, all incidence angles together. The other kinds, and these without
+        `ax`, are figures of several panels.
+    **words
+        The page, in the words of the command line: `size`, (85, 60) in mm or a text such as "85x60mm", "8.5x6cm" or
+        "3.3x2.4in"; `font` [pt] of all text; `dpi`; `title`; `style`, a Matplotlib style file. `out` names a file to
+        write, with the suffix .pdf, .png or .svg or else in the formats of `format`; `force` overwrites it.
+        What is drawn: `scale`, "linear", "log" or "both"; `theta_i`, the incidence angles [deg]; `at`, for `spectrum`,
+        one direction (theta_i, theta_r, phi) [deg] or several; `normalised` and `band`, for `curves`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, not yet saved unless `out` names a file: `figure.savefig("fit.pdf")`.
+
+    Raises
+    ------
+    ValueError
+        The kind is not known, the figure cannot show what it was given, or it has no room on the page.
+    TypeError
+        A word is none of these.
+    FileExistsError
+        `out` is there, and `force` is not set.
+
     """
     fits = named(solutions)
     if kind not in KINDS:
         raise ValueError(f"there is no figure {kind!r}: choose one of {', '.join(KINDS)}")
     if ax is None:
         titles = {scan_name(solution) for solution in fits.values()}
-        return drawn(kind, titles.pop() if len(titles) == 1 else "", scan, fits)
+        view, page = view_of(words), page_of(words)
+        with drawn_on(page):
+            figure = drawn(kind, titles.pop() if len(titles) == 1 else "", scan, fits, view)
+            return finished(figure, page, words)
+    if words:
+        raise ValueError(f"ax has a page of its own: leave {', '.join(words)} out")
     if kind not in ON_ONE_AXES:
         raise ValueError(f"{kind} has panels of its own: leave ax out, or draw {' or '.join(ON_ONE_AXES)}")
     if kind in OF_FITS and not fits:
@@ -123,31 +128,10 @@ def drawn(kind: str, title: str, scan: xr.Dataset, fits: Fits, view: View = WHOL
     """
     if kind in OF_FITS and not fits:
         raise ValueError(f"{kind} shows fits: give a solution")
-    if view.scales != SCALES and kind not in OF_SCALES:
-        raise ValueError(f"{kind} has its own scales: leave --scale out, or draw {one_of(OF_SCALES)}")
-    if view.theta_i:
-        if kind not in OF_ANGLES:
-            raise ValueError(f"{kind} shows all incidence angles: leave --theta-i out, or draw {one_of(OF_ANGLES)}")
-        room = room_for_views(MOST_PANELS) if kind == "hemisphere" else side_by_side(OF_ANGLES[kind])
-        if len(view.theta_i) > room:
-            raise ValueError(
-                f"{kind} has room for {room} of {len(view.theta_i)} incidence angles: name fewer, or a larger size"
-            )
-        if kind != "hemisphere":  # which needs the axes that a format may have
-            scan = at_incidence(scan, view.theta_i)
+    view.refuse_unfit(kind)
+    if view.theta_i and kind not in OF_VIEWS:  # which need the axes that a format may have
+        scan = at_incidence(scan, view.theta_i)
     return KINDS[kind](title, scan, fits, view)
-
-
-def at_incidence(scan: xr.Dataset, theta_i: Sequence[float]) -> xr.Dataset:
-    """A flat scan of these incidence angles [deg] alone; ValueError with those there are for one that it has not."""
-    flat = dataset.points(scan)
-    there = np.unique(flat["theta_i"].values)
-    for angle in theta_i:
-        if not np.isclose(there, angle, rtol=0, atol=SAME_ANGLE).any():
-            known = ", ".join(f"{one:.4g}" for one in there)
-            raise ValueError(f"the scan has no incidence angle of {angle:g} deg: choose of {known}")
-    chosen = np.isclose(flat["theta_i"].values[:, None], np.asarray(theta_i), rtol=0, atol=SAME_ANGLE).any(axis=1)
-    return flat.isel(direction=np.flatnonzero(chosen))
 
 
 def _predictors(fits: Fits) -> dict[str, Callable[[xr.Dataset], npt.NDArray[np.float64]]]:
@@ -180,60 +164,20 @@ def _convergence(title: str, _scan: xr.Dataset, fits: Fits, _view: View) -> "Fig
     return convergence(histories, title=title)
 
 
-def _hemisphere(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Figure":
-    """The scan as measured, where it covers more than the plane of incidence, and the best model beside it."""
-    flat, note = first_set(dataset.points(scan))
-    flat = at_incidence(flat, view.theta_i) if view.theta_i else flat
-    # A format's own interpolation needs its own axes.
-    whole = first_set(scan)[0] if dataset.PARAMETERISATION in scan.attrs else None
-    outside = np.unique(flat["theta_i"].values[~dataset.is_in_plane(flat)])
-    if not fits and not outside.size:
-        raise ValueError(
-            "the scan is only of the plane of incidence, which covers no hemisphere: draw curves, or give a fit, as by "
-            "--models, whose hemisphere is drawn"
+def _polar(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Figure":
+    panels, note = panel_curves(scan, OF_ANGLES["polar"])
+    predictors = _predictors(fits)
+    arcs = [
+        Arc(
+            curve.theta_i,
+            {name: (curve.fine_theta_r, predictor(curve.fine)) for name, predictor in predictors.items()},
+            curve.theta_r,
+            curve.points,
         )
-    angles = outside if outside.size else np.unique(flat["theta_i"].values)
-    most = max(room_for_views(MOST_PANELS) // (1 + bool(fits and outside.size)), 1)
-    panels: dict[str, tuple[float, Callable[[Geometry], Any]]] = {}
-    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, most).round().astype(int))].tolist()
-    for angle in chosen:
-        here = flat.isel(direction=np.flatnonzero(flat["theta_i"].values == angle))
-        if outside.size:
-            panels[f"{origin_word(scan)}, θᵢ = {angle:.4g}°"] = (
-                angle,
-                partial(_as_measured, here if whole is None else whole, angle),
-            )
-        if fits:
-            name, best = next(iter(fits.items()))
-            values = {k: float(np.ravel(v)[0]) for k, v in best.at(here.isel(direction=[0])).items()}
-            panels[f"{name}, θᵢ = {angle:.4g}°"] = (angle, partial(_at, best.model, values))
-    notes = [note] if note else []
-    notes += [f"{len(chosen)} of {len(angles)} incidence angles"] * (len(angles) > most)
-    notes += [FAR_SIDE] * (quantity_of(flat) == "BTDF")
-    notes += ["the scan itself is of the plane of incidence alone"] * (not outside.size)
-    return hemisphere(
-        panels,
-        unit=dataset.unit(scan),
-        title=title,
-        logarithmic=True,
-        note="; ".join(notes),
-        quantity=quantity_of(flat),
-    )
-
-
-def _as_measured(here: xr.Dataset, theta_i: float, _: Geometry) -> Any:
-    """The values of one set at an incidence angle [deg] over the top view, NaN where nothing near was measured."""
-    theta_r, phi = top_view()
-    onto = dataset.make_scan(np.full(theta_r.size, theta_i), theta_r.ravel(), np.zeros(theta_r.size), phi.ravel())
-    if "phi_i" in here.coords:  # a surface that was turned is seen as it lay first
-        onto = onto.assign_coords(phi_i=("direction", np.full(theta_r.size, np.ravel(here["phi_i"].values)[0])))
-        onto["phi_i"].attrs["units"] = "degree"
-    directions = onto.drop_vars([str(n) for n in onto.data_vars])
-    return resample(here, directions)["brdf"].values.reshape(theta_r.shape)
-
-
-def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
-    return model(geometry, values)
+        for curve in panels
+    ]
+    how: dict[str, Any] = {"title": title, "note": note, "scales": view.scales, "word": origin_word(scan)}
+    return polar(arcs, unit=dataset.unit(scan), quantity=quantity_of(panels[0].points), **how)
 
 
 def _spectra(title: str, _scan: xr.Dataset, fits: Fits, _view: View) -> "Figure":
@@ -255,7 +199,10 @@ KINDS: Mapping[str, Callable[[str, xr.Dataset, Fits, View], "Figure"]] = {
     "curves": _curves,
     "residuals": _residuals,
     "components": _components,
-    "hemisphere": _hemisphere,
+    "polar": _polar,
+    "spectrum": draw_spectrum,
+    "hemisphere": draw_hemisphere,
+    "lobe": draw_lobe,
     "convergence": _convergence,
     "spectra": _spectra,
 }

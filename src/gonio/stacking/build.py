@@ -16,6 +16,7 @@ from gonio.outside import printable, shortened
 from gonio.stacking.layout import Layout
 from gonio.stacking.members import Member, members, names
 from gonio.stacking.onto import Onto
+from gonio.stacking.refusal import refusal
 from gonio.stacking.reuse import MADE_OF, digest
 from gonio.stacking.writing import Writer, left_out
 
@@ -55,14 +56,43 @@ def stack(
 ) -> Stacked:
     """Write the scans of many files into one Zarr store: `brdf` over `sample` and the dimensions of the first scan.
 
-    paths: files of any format that `read` takes, and folders, which stand for all files in them that can be read, in
+    Masked values become gaps. Uncertainties are kept where every scan states them. One chunk of scans is in memory at
+    a time.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Files of any format that `read` takes, and folders, which stand for all files in them that can be read, in
         natural order of their names. A file of a folder that is no scan is left out, and named in `skipped`.
-    onto, resample: take every scan at the directions of this file, or of the first one; between measured directions by
-        interpolation, whose error the history states, and with gaps (NaN) outside.
-    `sample` holds the names of the files without suffix, or their paths where two are alike. Masked values become gaps.
-    Uncertainties are kept where every scan states them. One chunk of scans is in memory at a time.
-    Raises ValueError with the file, the place and the remedy for a scan of other directions, sets or unit than the
-    first, FormatError for a named file that cannot be read, FileExistsError where `out` exists without `force`.
+    out : str or Path
+        The store.
+    onto : str or Path, optional
+        Take every scan at the directions of this file.
+    resample : bool
+        Take every scan at the directions of the first one; between measured directions by interpolation, whose error
+        the history states, and with gaps (NaN) outside.
+    read : callable
+        How a file is read, `gonio.read` unless another is given.
+    force : bool
+        Whether a store that exists is replaced.
+    progress : callable
+        Called with the part that is done, 0 to 1, and a word.
+
+    Returns
+    -------
+    Stacked
+        The path, the coordinate `sample` (names of the files without suffix, or their paths where two are alike), and
+        what the history says.
+
+    Raises
+    ------
+    ValueError
+        A scan has other directions, sets or another unit than the first; with the file, the place and the remedy.
+    FormatError
+        A named file cannot be read; of several such files one ValueError tells all.
+    FileExistsError
+        `out` exists, and `force` is not set.
+
     """
     if onto is not None and resample:
         raise ValueError("--onto and --resample name two sets of directions: give one of them")
@@ -76,6 +106,7 @@ def stack(
         for k, member in enumerate(found):
             progress(k / len(found), printable(member.path.name))
             work.add(member)
+        work.refuse_misfits()
         as_they_are = onto is None and not resample and read is read_any
         return work.finish(out, {MADE_OF: digest(found)} if as_they_are else {})
 
@@ -121,17 +152,19 @@ class _Work:
     masked: int = 0
     silent_on_uncertainty: list[Path] = field(default_factory=list)
     attrs: dict[str, Any] = field(default_factory=dict)
+    refused: list[ValueError] = field(default_factory=list)
 
     def add(self, member: Member) -> None:
-        """The next file; one of a folder that is no scan is left out."""
-        path = member.path
+        """The next file; one of a folder that is no scan is left out, and one that does not fit is told at the end."""
         try:
-            scan = _read(path, self.read)
+            self._add(member.path, _read(member.path, self.read))
         except FormatError as error:
-            if member.asked:
-                raise
-            self.skipped.append(error)
-            return
+            (self.refused if member.asked else self.skipped).append(error)
+        except ValueError as error:
+            self.refused.append(error)
+
+    def _add(self, path: Path, scan: xr.Dataset) -> None:
+        """The scan of a file; ValueError, with its name, where it does not fit to the first."""
         if self.onto is None and self.resample:
             self.onto = Onto.of(scan, path)
         self.unused |= left_out(scan)
@@ -154,6 +187,12 @@ class _Work:
             return self.onto.taken(scan, path)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
+
+    def refuse_misfits(self) -> None:
+        """ValueError for all files that cannot be in the stack; nothing where each can."""
+        if self.refused:
+            first = None if self.writer is None else self.writer.layout.path
+            raise refusal(self.refused, self.skipped, first, self.most)
 
     def finish(self, out: Path, attrs: dict[str, str]) -> Stacked:
         """The store complete with these attributes, and what came of it."""

@@ -17,6 +17,7 @@ from gonio.measured.stack import NODE
 from gonio.outside import printable
 from gonio.resampling.lookup import GRID
 from gonio.resampling.resample import without_masked
+from gonio.stacking.refusal import MisfitError
 
 Values = npt.NDArray[np.float64]
 LANED = ("brdf", "uncertainty")  # what each scan has of its own in a stack; masked values are gaps there
@@ -25,6 +26,7 @@ OTHER_DIRECTIONS = (
     "gonio stack --resample takes all scans at the directions of the first, --onto FILE at those of a file, between "
     "measured ones by interpolation"
 )
+OTHER_UNIT = "relative and absolute values make no stack; calibrate the relative ones, or leave them out"
 OTHER_SETS = "choose what all have by gonio stack --select, or make a stack of each kind"
 
 
@@ -63,10 +65,7 @@ class Layout:
         Raises ValueError with the file, what is different in it and where, and the remedy.
         """
         if (own := unit(scan)) != self.unit:
-            raise ValueError(
-                f"{path}: is in {own}, and {self.path} in {self.unit}: relative and absolute values make no stack; "
-                "calibrate the relative ones, or leave them out"
-            )
+            raise MisfitError(path, f"is in {own}, and {self.path} in {self.unit}", OTHER_UNIT)
         flat = flatten(without_masked(scan))
         rows = self._rows(_columns(flat), path)
         stated = "uncertainty" in flat and bool(np.isfinite(flat["uncertainty"].values).any())
@@ -88,22 +87,22 @@ class Layout:
                 rows = np.empty(len(order), dtype=np.intp)
                 rows[self._order] = order
                 return rows
-        raise ValueError(f"{path}: {self._difference(columns)}")
+        raise MisfitError(path, *self._difference(columns))
 
-    def _difference(self, columns: dict[str, Any]) -> str:
+    def _difference(self, columns: dict[str, Any]) -> tuple[str, str]:
         """In what the directions or sets of a scan differ from those of the first, and the remedy."""
         mine, first = set(columns), set(self._columns)
         for lacking, says, says_none in ((first - mine, self.path, "it"), (mine - first, "it", str(self.path))):
             for name in sorted(lacking):
-                return f"{says} says a {name}, and {says_none} says none: {OTHER_SETS}"
+                return f"{says} says a {name}, and {says_none} says none", OTHER_SETS
         for name in (n for n in SETS if n in first):
             extra = np.setdiff1d(columns[name], self._columns[name])
             lacking_values = np.setdiff1d(self._columns[name], columns[name])
             if len(extra) or len(lacking_values):
                 has, value = ("has", extra[0]) if len(extra) else ("lacks", lacking_values[0])
                 other = "has not" if has == "has" else "has"
-                return f"{has} {name} {_shown(name, value)}, which {self.path} {other}: {OTHER_SETS}"
-        return f"{self._other_direction(columns)}: {OTHER_DIRECTIONS}"
+                return f"{has} {name} {_shown(name, value)}, which {self.path} {other}", OTHER_SETS
+        return self._other_direction(columns), OTHER_DIRECTIONS
 
     def _other_direction(self, columns: dict[str, Any]) -> str:
         """The first direction that only one of the two has, or that one has more often."""

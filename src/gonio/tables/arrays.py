@@ -25,14 +25,41 @@ def scan(
     unit: str = "sr-1",
     **further: npt.ArrayLike,
 ) -> xr.Dataset:
-    """A scan from arrays, which are broadcast against each other: `scan(30, angles, values)`.
+    """Make a scan of arrays, which are broadcast against each other.
 
-    theta_i, theta_r, phi: degrees (any shapes that broadcast); without phi, theta_r is signed, positive on the forward
-    side. brdf: 1/sr, or with unit "a.u." relative values; NaN is a gap. uncertainty: standard, in the unit of the BRDF.
-    further: phi_i [deg], wavelength [nm], channel, scan, mode, side, polarisation.
-    Returns a flat Dataset as `gonio.read` does, in the order of the broadcast arrays.
-    Raises ValueError for angles that are missing or outside the hemisphere, infinite values, shapes that do not
-    fit, and names that are not these.
+    Parameters
+    ----------
+    theta_i, theta_r : array_like
+        Angles of incidence and reflection [deg]. Without `phi`, `theta_r` is signed, positive on the forward side.
+    brdf : array_like
+        Values [1/sr]; relative ones with the unit "a.u.". NaN is a gap.
+    phi : array_like, optional
+        Relative azimuth [deg], 180 in the forward direction.
+    uncertainty : array_like, optional
+        Standard uncertainty, in the unit of the values.
+    unit : str
+        "sr-1", or "a.u." for relative values.
+    **further : array_like
+        Other coordinates: `phi_i` [deg], `wavelength` [nm], `channel`, `scan`, `mode`, `side`, `polarisation`.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan as `gonio.read` gives it, over one dimension `direction` in the order of the broadcast arrays.
+
+    Raises
+    ------
+    ValueError
+        An angle is missing or outside the hemisphere, a value is infinite, shapes do not fit, or a name is not one of
+        these.
+
+    Examples
+    --------
+    >>> import gonio
+    >>> coating = gonio.scan(30.0, [0.0, 30.0, 60.0], [0.12, 0.80, 0.15])
+    >>> coating["brdf"].values.tolist()
+    [0.12, 0.8, 0.15]
+
     """
     known = v.unit_of(unit)
     if not known or v.UNITS[known].kind not in (v.ABSOLUTE, v.RELATIVE):
@@ -98,11 +125,26 @@ def from_pandas(
     quantity: str = "",
     flip: bool = False,
 ) -> xr.Dataset:
-    """A scan from a data frame: of pandas, polars, or any object with `columns` of names and columns by name.
+    """Make a scan of a data frame, whose columns are understood as the headings of a file are.
 
-    The names are understood as the headings of a file are; columns, values, quantity and flip are those of
-    `gonio.read_table`. A mapping of names to arrays is taken too. Raises FormatError (a ValueError) as that does, with
-    `DataFrame` in the place of a file; its lines are those of a CSV file of the same frame.
+    Parameters
+    ----------
+    df : DataFrame or mapping
+        A frame of pandas or polars, any object with `columns` of names and columns by name, or arrays by name.
+    columns, values, quantity, flip
+        As `gonio.read_table` takes them.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan as `gonio.read` gives it.
+
+    Raises
+    ------
+    FormatError
+        A ValueError, as `gonio.read_table` raises it, with `DataFrame` in the place of a file; its lines are those of
+        a CSV file of the same frame.
+
     """
     names = list(df.keys() if isinstance(df, Mapping) else df.columns)
     held = [np.asarray(df[name]) for name in names]

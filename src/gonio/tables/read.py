@@ -58,17 +58,41 @@ def read_table(
     flip: bool = False,
     sheet: str = "",
 ) -> xr.Dataset:
-    """A scan from any table: CSV or other text, or a workbook (.xlsx, .xls, .ods).
+    """Read a scan from any table: text such as CSV, or a workbook (.xlsx, .xls, .ods).
 
-    path: the file. columns: what columns are, by their heading or number, `{"AOI": "theta_i", "U": "uncertainty:k=2"}`,
-    or the text that `gonio import --columns` takes; what is not said is found by headings and units. layout: long,
-    matrix, blocks or sheets. rows: theta_i or theta_r, the angle of a matrix's rows. values: a pattern of the headings
-    of several columns of values, one a wavelength: `*nm`. quantity: brdf, ccbsdf, reflectance-factor,
-    radiant-intensity, log10-brdf or signal, `:percent` after it where the values are in percent. flip: whether
-    directions count to the other side of the normal. sheet: of a workbook with several.
+    Whatever the headings and units do not settle has to be said; docs/tables.md says how tables are understood.
 
-    Returns a Dataset as `gonio.read` does, the mapping in its history. docs/tables.md says how tables are understood.
-    Raises FormatError, with the line and the command that settles it, for whatever is not certain.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    columns : mapping or str
+        What columns are, by their heading or number: `{"AOI": "theta_i", "U": "uncertainty:k=2"}`, or the text that
+        `gonio import --columns` takes.
+    layout : str
+        `long`, `matrix`, `blocks` or `sheets`.
+    rows : str
+        `theta_i` or `theta_r`, the angle of a matrix's rows.
+    values : str
+        A pattern of the headings of several columns of values, one a wavelength: `*nm`.
+    quantity : str
+        `brdf`, `ccbsdf`, `reflectance-factor`, `radiant-intensity`, `log10-brdf` or `signal`; `:percent` after it
+        where the values are in percent.
+    flip : bool, optional
+        Whether directions count to the other side of the normal.
+    sheet : str
+        The sheet of a workbook with several.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan as `gonio.read` gives it, with the meaning of each column in its history.
+
+    Raises
+    ------
+    FormatError
+        A ValueError: something is not certain. It names the line, and the argument or command that settles it.
+
     """
     asked = request(columns=columns, layout=layout, rows=rows, values=values, quantity=quantity, flip=flip, sheet=sheet)
     return understood(Path(path), asked).scan

@@ -295,7 +295,6 @@ def test_dense_stacks_with_several_lane_dimensions_keep_their_coordinates(tmp_pa
 REFUSED = {
     "instrument": "an instrument's acceptance is for fits of one scan",
     "loss": "a huber loss is for fits of one scan",
-    "log": "log weighting is for fits of one scan",
     "covariance": "no covariance 'other'",
     "precision": "no precision 'float16'",
     "device": "JAX sees no device 'tpu'",
@@ -312,7 +311,6 @@ def test_what_cannot_be_done_for_many_is_refused_with_a_remedy(what):
     options = {
         "instrument": {"instrument": Instrument(detector_half_angle=2.0)},
         "loss": {"loss": "huber"},
-        "log": {"weighting": "log"},
     }.get(what, {})
     settings = {"covariance": {"covariance": "other"}, "precision": {"precision": "float16"}}.get(what, {})
     settings |= {"device": {"device": "tpu"}}.get(what, {})

@@ -217,7 +217,7 @@ def test_the_mark_comes_after_the_chunks_are_on_the_disk(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "what"),
     [
-        ({"problem": ProblemOptions(weighting="relative")}, "its problem weighting was uniform, and is relative now"),
+        ({"problem": ProblemOptions(weighting="relative")}, "its problem weighting was log, and is relative now"),
         ({"problem": ProblemOptions(bounds={"rho": (0, 1)})}, "its problem bounds rho was not given"),
         ({"settings": {"searches": 3}}, "its fit searches was not given, and is 3 now"),
         ({"block": 5}, "its block sample was 4, and is 5 now"),

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gonio import read
-from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import NO_PIPES, OutputOptions, Select, refuse_unused
 from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.measured.dataset import select as select_sets
 from gonio.options import Option, Panel
-from gonio.plotting.page import Page, drawn_on
+from gonio.plotting.page import Page, drawn_on, target_of
 from gonio.resampling.difference import difference
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ def command(
 ) -> None:
     """Compare two files at the directions of the second."""
     refuse_unused(page, out)
-    target, suffixes = arguments.figure_target(out, page.suffixes)
+    target, suffixes = target_of(out, page.suffixes)
     first, second = _selected([read(a), read(b)], select)
     found = difference(first, second)
     output.show(view.record(found, str(a), str(b)), view.tables(found, a.name, b.name))

@@ -7,7 +7,7 @@ from typing import Annotated
 from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.model_options import SurfaceOptions
-from gonio.app.options import FigureOptions, ModelArgument
+from gonio.app.options import FigureOptions, ModelArgument, Scale
 from gonio.options import Option, Panel
 
 EXAMPLES = (
@@ -15,6 +15,7 @@ EXAMPLES = (
     Example(
         "gonio draw cauchy-lorentz --published Al --theta-i 20,40 --out al.png", "Draw it with constants of the paper"
     ),
+    Example("gonio draw ggx --set rho_s=0.5 --figure lobe --theta-i 30", "Draw its lobe in space"),
     Example("gonio draw wellems --set ks=1 --figure dolp", "Draw the degree of polarisation over the hemisphere"),
 )
 
@@ -23,7 +24,9 @@ class Drawing(StrEnum):
     """What `gonio draw` draws."""
 
     CURVES = "curves"
+    POLAR = "polar"
     HEMISPHERE = "hemisphere"
+    LOBE = "lobe"
     DOLP = "dolp"
 
 
@@ -33,6 +36,9 @@ def command(
     output: FigureOptions,
     figure: Annotated[Drawing, Option("what to draw", panel=Panel.FIGURE)] = Drawing.CURVES,
     theta_i: Annotated[str, Option("incidence angles, with commas", metavar="DEG,..", panel=Panel.FIGURE)] = "30,60",
+    scale: Annotated[
+        Scale, Option("scale of curves, which are logarithmic without it, polar and lobe", panel=Panel.FIGURE)
+    ] = Scale.BOTH,
     stokes: Annotated[
         str,
         Option(
@@ -42,8 +48,11 @@ def command(
         ),
     ] = "1,0,0,0",
 ) -> None:
-    """Draw a model alone: curves, a hemisphere, or its polarisation."""
+    """Draw a model alone: curves, lobes, a hemisphere, or its polarisation."""
     from gonio.app.views import figures
 
     alone, angles, light = surface.of(model), arguments.incidence_angles(theta_i), arguments.stokes(stokes)
-    output.save(lambda: figures.draw_model(figure.value, alone, angles, light), f"{Path(model).stem}-{figure.value}")
+    output.save(
+        lambda: figures.draw_model(figure.value, alone, angles, light, scale.scales),
+        f"{Path(model).stem}-{figure.value}",
+    )

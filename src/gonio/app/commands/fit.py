@@ -3,30 +3,27 @@
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from gonio.app.answering import AnswerOptions, watched
 from gonio.app.help_page import Example
 from gonio.app.options import Models, OutputOptions, ScanOptions, Scans, chosen_models, refuse_unused
-from gonio.app.output import emit_json, show
+from gonio.app.output import command_line, emit_json, show
 from gonio.app.views.fit import answer as answer_report
 from gonio.app.views.fit import report as fit_report
+from gonio.app.views.fit import written
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
 from gonio.comparison import answer as answering
 from gonio.comparison.ranking import problems_of, settled
 from gonio.files import filling, refuse_existing
-from gonio.fitting.certainty.bootstrap import kept
 from gonio.fitting.certainty.outliers import scrutinise
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.options import Option, Panel
-from gonio.plotting.page import Page, drawn_on
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from gonio.app.views.fit.certainty import Certainty
-    from gonio.comparison import Row
+from gonio.plotting.page import Page
+from gonio.reporting.case import Case, Known
+from gonio.reporting.entry import dated, sources, with_points
+from gonio.reporting.page import write as write_report
 
 EXAMPLES = (
     Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
@@ -51,7 +48,7 @@ class FitOptions(AnswerOptions):
         bool,
         Option("fit several scans together: one shape for all, weights for each", panel=Panel.DATA),
     ] = False
-    out: Annotated[str, Option("write the fit, its JSON and its figures to this folder", metavar="DIR")] = ""
+    out: Annotated[str, Option("write the fit, its JSON, its figures and a report to this folder", metavar="DIR")] = ""
     page: Page = field(default_factory=Page)
 
 
@@ -78,6 +75,7 @@ def command(
     out = Path(fitted.out) if fitted.out else None
     if out:
         refuse_existing(out, output.force)
+        written.refuse_without_room(fitted.page, data, models, problem, certainty)
     asked = fitted.asked(len(models), solver=search.chosen(), covariance=certainty.covariance)
     with watched("fitting") as watch:
         found = answering.answer(data, models, asked, watch, **problem.given())
@@ -88,29 +86,11 @@ def command(
     if out:
         with filling(out, output.force) as folder:
             emit_json(record, str(folder / "fit.json"))
-            _write(fitted.page, folder, found.problem.data, row, answers)
+            written.write(fitted.page, folder, found.problem.data, row, answers)
+            known = Known(date=dated(), command=command_line(), seed=search.seed, files=sources(scans))
+            solution = with_points(row.solution, found.problem.data)
+            write_report(Case(solution, found.problem.data, known), folder / "report.html", force=True)
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, chain(answer_report.lines(which, found), fit_report.lines(which, row, scrutiny, answers)))
     if out and output.json != "-":
         show(f"wrote {out}/")
-
-
-def _write(page: Page, folder: Path, data: "xr.Dataset", row: "Row", answers: "Certainty") -> None:
-    """The solution as a file, and the figures that it has something for."""
-    from gonio.app.views import figures
-    from gonio.plotting.profiles import profiles
-    from gonio.plotting.style import save
-    from gonio.results.figures import View, has_spectra
-
-    solution = row.solution if answers.drawn is None else kept(row.solution, answers.drawn)
-    solution.save(folder / "solution.nc")
-    kinds = ["curves", "residuals", "components"] + ["convergence"] * (solution.dataset.attrs["solver"] == "anneal")
-    kinds += ["spectra"] * has_spectra(solution)
-    for kind in kinds:
-        with drawn_on(page):
-            drawn = figures.draw(kind, {row.model.name: (data, [row])}, View(banded=kind == "curves"))
-            save(drawn, folder / kind, page.suffixes)
-    if answers.profiles:
-        with drawn_on(page):
-            shown = profiles(answers.profiles, row.solution.uncertainties, title=row.model.name)
-            save(shown, folder / "profiles", page.suffixes)

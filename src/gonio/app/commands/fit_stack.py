@@ -38,6 +38,10 @@ EXAMPLES = (
     ),
     Example("gonio fit-stack wafers --model lambert --out fits.zarr", "Make a stack of a folder of scans, and fit it"),
     Example(
+        "gonio fit-stack stack.zarr --model lambert --out log.zarr --weighting log",
+        "In logarithms: every decade counts alike",
+    ),
+    Example(
         "gonio fit-stack stack.zarr --model lambert --out f.zarr --precision float32",
         "In single precision",
     ),

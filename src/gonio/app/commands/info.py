@@ -26,6 +26,6 @@ class InfoOptions:
 def command(scan: Scan, used: ScanOptions, info: InfoOptions, output: OutputOptions) -> None:
     """Say what a file holds and what is wrong with it.
 
-    The file may be a scan, a stack of scans, or a fit.
+    The file may be a scan, a stack of scans, a fit, or the fits of a stack.
     """
     output.show(*contents.described(scan, used, info.gamma))

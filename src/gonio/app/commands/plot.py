@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from gonio import compare
 from gonio.app import arguments
 from gonio.app.help_page import Example
-from gonio.app.options import FigureOptions, ModelNames, ScanOptions, Scans, chosen_models
+from gonio.app.options import FigureOptions, ModelNames, Scale, ScanOptions, Scans, chosen_models
 from gonio.app.output import progress_bar
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.solution import Solution
 from gonio.measured.dataset import select
-from gonio.options import Option, Panel
+from gonio.options import Option, Panel, one_of
 from gonio.results.content import scan_name
 from gonio.results.prediction import row_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gonio.results.figures import View
+    from gonio.results.view import View
 
 EXAMPLES = (
     Example("gonio plot scan.csv", "Draw the scan and four models fitted to it"),
@@ -34,6 +34,13 @@ EXAMPLES = (
         "Draw two incidence angles on a logarithmic axis",
     ),
     Example("gonio plot scan.csv --models ggx --figure residuals", "Draw what a fit leaves over"),
+    Example(
+        'gonio plot a.csv --models "" --figure spectrum --at 30,30,180', "Draw values over wavelength at a direction"
+    ),
+    Example(
+        "gonio plot scan.csv --models ggx --figure polar --theta-i 10,30", "Draw two lobes in the plane of incidence"
+    ),
+    Example("gonio plot scan.csv --models ggx --figure lobe --theta-i 30", "Draw the fitted lobe in space"),
     Example('gonio plot a.csv b.csv --models "" --together', "Draw all wavelengths of two samples in one figure"),
     Example(
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
@@ -48,18 +55,13 @@ class Figure(StrEnum):
     CURVES = "curves"
     RESIDUALS = "residuals"
     COMPONENTS = "components"
+    POLAR = "polar"
+    SPECTRUM = "spectrum"
     HEMISPHERE = "hemisphere"
+    LOBE = "lobe"
     CONVERGENCE = "convergence"
     SPECTRA = "spectra"
     ERRORS = "errors"
-
-
-class Scale(StrEnum):
-    """The scale of an axis of values."""
-
-    BOTH = "both"
-    LINEAR = "linear"
-    LOG = "log"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,26 +69,34 @@ class DrawingOptions:
     """What is drawn, and how."""
 
     PANEL: ClassVar = Panel.FIGURE
-    figure: Annotated[Figure, Option("what to draw")] = Figure.CURVES
+    figure: Annotated[Figure, Option(f"what to draw: {one_of(Figure)}", metavar="KIND", names=tuple(Figure))] = (
+        Figure.CURVES
+    )
     models: ModelNames = FOUR
     normalised: Annotated[bool, Option("divide each curve by its value at the specular angle")] = False
     band: Annotated[bool, Option("shade the 95 % band of every fit")] = False
-    scale: Annotated[Scale, Option("scale of the values of curves and components")] = Scale.BOTH
+    scale: Annotated[Scale, Option("scale of the values of curves, components, polar, lobe and spectrum")] = Scale.BOTH
     theta_i: Annotated[str, Option("draw these incidence angles only, with commas", metavar="DEG,..")] = ""
-
+    at: Annotated[
+        str,
+        Option(
+            "directions of spectrum, with semicolons; without it the brightest of the middle incidence angle",
+            metavar="THETA_I,THETA_R,PHI",
+        ),
+    ] = ""
     together: Annotated[bool, Option("draw curves of all channels, wavelengths or scans in the same panels")] = False
 
     def view(self) -> "View":
         """What of a scan is drawn, and how; ValueError for what is no angle of incidence."""
-        from gonio.plotting.style import SCALES
-        from gonio.results.figures import View
+        from gonio.results.view import View
 
         return View(
             normalised=self.normalised,
             banded=self.band,
             together=self.together,
-            scales=SCALES if self.scale is Scale.BOTH else (self.scale.value,),
+            scales=self.scale.scales,
             theta_i=arguments.incidence_angles(self.theta_i) if self.theta_i else (),
+            at=arguments.directions(self.at) if self.at else (),
         )
 
 

@@ -18,12 +18,16 @@ if TYPE_CHECKING:
 
 
 def model_record(model: "Model") -> dict[str, Any]:
-    """A model's declaration as plain data."""
+    """A model's declaration as plain data, its equations in LaTeX."""
+    source = model.source
     return {
         "name": model.name,
         "title": model.title,
         "cite": model.cite,
+        "source": None if source is None else source.record,
         "confidence": model.confidence,
+        "equation": model.sum_of_terms,
+        "equations": {weight: list(blocks) for weight, blocks in model.equations.items()},
         "weights": list(model.weights),
         "shape": [
             {"name": n, "default": p.default, "lower": p.lower, "upper": p.upper, "unit": p.unit, "help": p.help}
@@ -85,7 +89,7 @@ def model_lines(model: "Model") -> Iterator[Any]:
     from rich.text import Text
 
     yield strong(model.name, f": {model.title}")
-    yield f"source {model.cite}, {model.confidence}\n"
+    yield f"source, {model.confidence}: {model.source or model.cite or 'none named'}\n"
     yield formula(model) + "\n"
     for weight, term in model.terms.items():
         unit = WEIGHT_UNITS[model.term_unit(weight)]
@@ -101,6 +105,8 @@ def model_lines(model: "Model") -> Iterator[Any]:
     yield rows
     for law, why in model.violates.items():
         yield f"breaks {law}: {why}"
+    if model.source and model.sum_of_terms:
+        yield faint(f"docs/models/{model.name}.md has the equations in mathematical notation")
     yield faint(f"gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more")
 
 

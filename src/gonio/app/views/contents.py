@@ -13,6 +13,7 @@ from gonio.app.options import ScanOptions
 from gonio.app.output import LEVEL, figure, strong, table
 from gonio.app.views import file
 from gonio.app.views.fit import provisos, values
+from gonio.app.views.stacks import results
 from gonio.files import FormatError
 from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.fitting.solution import Solution
@@ -75,6 +76,9 @@ def described(path: Path, used: ScanOptions, gamma: bool = False) -> tuple[dict[
         used.refuse_for(path, "a stack of scans")
         record = {"file": str(path), "kind": "stack"} | _of_stack(stack)
         return record, _stack_lines(record)
+    if (fits := results.fits_in(path)) is not None:
+        used.refuse_for(path, "fits of a stack")
+        return fits, results.lines(fits)
     record = {"kind": "scan"} | file.describe(path, used.read(path, findings=False))
     return record, file.lines(record, gamma)
 

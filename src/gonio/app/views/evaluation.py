@@ -15,6 +15,7 @@ from gonio.model import Model
 from gonio.models.publications import Published
 from gonio.models.publications import published as surfaces
 from gonio.polarisation import angle_of_linear_polarisation, degree_of_linear_polarisation, reflected
+from gonio.results.laws import labels_of
 from gonio.units import unit_label
 
 Place = tuple[float, float, float]
@@ -100,18 +101,6 @@ class EvaluatedFit:
             return {name: float(np.ravel(value)[0]) for name, value in self.solution.at(direction).items()}
         except ValueError as error:
             raise ValueError(f"{self.file}: {error}") from error
-
-
-def labels_of(solution: Solution) -> dict[str, list[str]]:
-    """The labels of each coordinate that values of a fit are grouped by, in their order."""
-    labels: dict[str, dict[str, None]] = {}
-    for by, group in zip(
-        solution.dataset["by"].values.tolist(), solution.dataset["group"].values.tolist(), strict=True
-    ):
-        names = by.split(",") if by else []
-        for name, label in zip(names, group.split(",", max(len(names) - 1, 0)), strict=False):
-            labels.setdefault(name, {})[label] = None
-    return {name: list(found) for name, found in labels.items()}
 
 
 def surface(model: Model, given: Mapping[str, float], published: str) -> EvaluatedModel:

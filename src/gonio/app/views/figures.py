@@ -13,14 +13,18 @@ from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
 from gonio.plotting.error_bars import error_bars
-from gonio.plotting.hemisphere import hemisphere
-from gonio.plotting.model_curves import model_curves
+from gonio.plotting.hemisphere import hemisphere, room_for_views
+from gonio.plotting.lobes.lobe import Lobe, lobes
+from gonio.plotting.lobes.polar import Arc, polar
+from gonio.plotting.model_curves import in_plane, model_curves
 from gonio.plotting.panels import parted
 from gonio.plotting.polarisation import polarisation
+from gonio.plotting.style import LINEAR, SCALES
 from gonio.plotting.together.samples import samples
 from gonio.polarisation import reflected
-from gonio.results.figures import MOST_PANELS, WHOLE, View, at_incidence, drawn, named
-from gonio.results.figures import OF_FITS as OF_ONE_SCAN
+from gonio.results.figures import drawn, named
+from gonio.results.view import MOST_PANELS, OF_SCALES, WHOLE, View, at_incidence
+from gonio.results.view import OF_FITS as OF_ONE_SCAN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,15 +38,10 @@ def draw(kind: str, ranked: Ranked, view: View = WHOLE) -> "Figure":
 
     Raises ValueError where the figure cannot show what it was given.
     """
-    if view.banded and (view.normalised or kind != "curves"):
-        raise ValueError("bands are drawn on curves that are not normalised: leave out --band, or the other option")
     if kind in OF_FITS and not all(rows for _, rows in ranked.values()):
         raise ValueError(f"{kind} shows fits, and no model was fitted: name one with --models")
-    if view.together and kind != "curves":
-        raise ValueError(f"{kind} does not show several sets together: leave --together out, or draw curves")
+    view.refuse_unfit(kind)
     if kind == "errors":
-        if view.theta_i or view.scales != WHOLE.scales:
-            raise ValueError("errors shows all incidence angles on a linear scale: leave --scale and --theta-i out")
         return _errors(ranked)
     if kind == "curves" and (len(ranked) > 1 or view.together):
         return _together(ranked, view)
@@ -89,13 +88,23 @@ def _errors(ranked: Ranked) -> "Figure":
     return error_bars(errors, angles, metric=METRICS["nrmse"].title)
 
 
-def draw_model(kind: str, surface: Surface, theta_i: Sequence[float], stokes: Sequence[float]) -> "Figure":
+def draw_model(
+    kind: str, surface: Surface, theta_i: Sequence[float], stokes: Sequence[float], scales: Sequence[str] = SCALES
+) -> "Figure":
     """One figure of a model alone at the incidence angles given [deg]; `stokes` is the arriving light of `dolp`."""
     title = surface.title
+    if tuple(scales) != SCALES and kind not in OF_SCALES:
+        raise ValueError(f"{kind} has its own scale: leave --scale out, or draw curves, polar or lobe")
     if kind == "curves":
-        return model_curves(surface.model, {angle: surface.values(angle) for angle in theta_i}, surface.unit, title)
-    if len(theta_i) > MOST_PANELS:
-        raise ValueError(f"{kind} has room for {MOST_PANELS} incidence angles: name fewer with --theta-i")
+        values = {angle: surface.values(angle) for angle in theta_i}
+        return model_curves(surface.model, values, surface.unit, title, linear=tuple(scales) == (LINEAR,))
+    if kind == "polar":
+        return polar([_arc(surface, angle) for angle in theta_i], unit=surface.unit, title=title, scales=scales)
+    room = room_for_views(MOST_PANELS)
+    if len(theta_i) > room:
+        raise ValueError(
+            f"{kind} has room for {room} of {len(theta_i)} incidence angles: name fewer by --theta-i, or a larger size"
+        )
     if kind == "dolp":
         polarised = {
             f"θᵢ = {angle:g}°": (angle, partial(_light, surface.model, surface.values(angle), stokes))
@@ -103,7 +112,16 @@ def draw_model(kind: str, surface: Surface, theta_i: Sequence[float], stokes: Se
         }
         return polarisation(polarised, title=title)
     views = {f"θᵢ = {angle:g}°": (angle, partial(_at, surface.model, surface.values(angle))) for angle in theta_i}
+    if kind == "lobe":
+        shown = {name: Lobe(angle, brdf) for name, (angle, brdf) in views.items()}
+        return lobes(shown, unit=surface.unit, title=title, scale=scales[0])
     return hemisphere(views, unit=surface.unit, title=title, logarithmic=True)
+
+
+def _arc(surface: Surface, theta_i: float) -> Arc:
+    """The model in the plane of incidence, to the horizon."""
+    theta_r, values = in_plane(surface.model, surface.values(theta_i), theta_i)
+    return Arc(theta_i, {surface.model.name: (theta_r, values)})
 
 
 def _at(model: Model, values: Mapping[str, float], geometry: Geometry) -> Any:

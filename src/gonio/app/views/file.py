@@ -21,6 +21,8 @@ from gonio.measured.check import Finding, further
 from gonio.measured.half_width import half_widths
 from gonio.measured.sound import is_stated
 from gonio.measured.stack import foreign_dims
+from gonio.results.energy import findings as energy_findings
+from gonio.results.energy import of_table
 from gonio.units import unit_label
 
 MOST_LINES, LONGEST = 40, 1000  # of a file's own remarks: lines, and characters of one
@@ -35,8 +37,8 @@ def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
     used = dataset.in_use(flat)
     stated = int((used & is_stated(flat["uncertainty"].values)).sum()) if "uncertainty" in flat else 0
     in_plane = bool(dataset.is_in_plane(flat).all())
-    found = [] if foreign_dims(scan) else energy.of_table(scan)
-    wrong = [*check(scan, found), *energy.findings(scan, found)]
+    found = [] if foreign_dims(scan) else of_table(scan)
+    wrong = [*check(scan, found), *energy_findings(scan, found)]
     is_small = not foreign_dims(scan) and _is_small(flat)
     return {
         "file": str(path),

@@ -12,8 +12,6 @@ import xarray as xr
 from gonio.app.options import ScanOptions
 from gonio.app.output import figure, strong, warn
 from gonio.app.views import contents
-from gonio.app.views.energy import findings as energy_findings
-from gonio.app.views.evaluation import labels_of
 from gonio.app.views.file import named
 from gonio.findings import NAMES
 from gonio.findings import check as findings_of
@@ -23,8 +21,10 @@ from gonio.measured import dataset
 from gonio.measured.check import Finding, Severity
 from gonio.model import Model
 from gonio.models import catalogue
-from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, energy, of_scan, positivity, reciprocity
+from gonio.plausibility import FURNACE_ANGLES, QUADRATURE, Verdict, of_scan
 from gonio.resampling.hemisphere import Reflectance, reflectances
+from gonio.results.energy import findings as energy_findings
+from gonio.results.laws import laws, of_fit
 from gonio.sampling import hemispherical_reflectance
 
 
@@ -96,8 +96,8 @@ def _of_model(model: Model, values: Mapping[str, float], samples: int) -> Checke
         }
     out = Checked()
     for name, (chosen, unit) in whole.items():
-        laws = _laws(partial(_evaluate, model, chosen), "" if samples else unit)
-        out[name] = [*laws[:-1], _sampled_energy(model, chosen, samples)] if samples and unit else laws
+        found = laws(partial(_evaluate, model, chosen), "" if samples else unit)
+        out[name] = [*found[:-1], _sampled_energy(model, chosen, samples)] if samples and unit else found
     return out
 
 
@@ -113,61 +113,24 @@ def _sampled_energy(model: Model, values: Mapping[str, float], samples: int) -> 
 
 
 def _of_solution(path: Path, solution: Solution) -> Checked:
-    """A fit is known at the incidence angles that its groups name, for each channel or wavelength of its own.
-
-    Raises ValueError for a fit whose groups are of other coordinates, of which a direction has no value.
-    """
-    labels = labels_of(solution)
-    if strange := sorted(set(labels) - {"theta_i", *dataset.SETS}):
-        raise ValueError(
-            f"{path}: has one value for each {strange[0]!r}: a check knows groups of theta_i and of sets alone"
-        )
-    angles = sorted(map(float, labels["theta_i"])) if "theta_i" in labels else None
-    combinations: list[dict[str, Any]] = [{}]
-    for coordinate in (c for c in dataset.SETS if c in labels):
-        combinations = [one | {coordinate: label} for one in combinations for label in sorted(labels[coordinate])]
-    out = Checked()
-    for combination in combinations:
-        brdf = partial(_fitted, solution.model, solution, combination)
-        name = ", ".join([path.name, *(f"{k} {v}" for k, v in combination.items())])
-        try:
-            out[name] = _laws(brdf, solution.unit, angles)
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from error
-    return out
-
-
-def _fitted(model: Model, solution: Solution, one: Mapping[str, str], geometry: Geometry) -> Values:
-    """The fit at any directions: a weight that is grouped by incidence angle is looked up by theta_i."""
-    theta_i = np.round(np.ravel(geometry.theta_i_deg), 6)
-    zeros = np.zeros(theta_i.shape)
-    labels = {name: np.full(theta_i.shape, label) for name, label in one.items()}
-    if "wavelength" in labels:
-        labels["wavelength"] = labels["wavelength"].astype(float)
-    points = dataset.make_scan(theta_i, zeros, zeros, zeros, coordinates=labels)
-    shape = np.shape(geometry.theta_i_deg)
-    values = {k: np.reshape(v, shape) if np.ndim(v) else v for k, v in solution.at(points).items()}
-    return np.asarray(model(geometry, values))
+    """Verdicts on each set of a fit; ValueError for one whose groups are of other coordinates than a check knows."""
+    try:
+        found = of_fit(solution)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return Checked({", ".join(part for part in (path.name, words) if part): one for words, one in found.items()})
 
 
 def _evaluate(model: Model, values: Mapping[str, float], geometry: Geometry) -> Any:
     return model(geometry, values)
 
 
-def _laws(brdf: Any, unit: str, theta_i: list[float] | None = None) -> list[Verdict]:
-    if unit:
-        last = energy(brdf, unit, theta_i)
-    else:
-        last = Verdict("energy", None, {}, "", "the term is not normalised: its weight is no reflectance")
-    return [positivity(brdf, theta_i), reciprocity(brdf, theta_i), last]
-
-
 def record(checked: Checked) -> Any:
     """The verdicts as plain data; of a scan in an object, with what is wrong with it."""
     verdicts = [
         {"checked": name, "law": v.law, "holds": v.holds, "figures": v.figures, "where": v.where, "why": v.why}
-        for name, laws in checked.items()
-        for v in laws
+        for name, found in checked.items()
+        for v in found
     ]
     return verdicts if checked.findings is None else {"verdicts": verdicts, "findings": named(checked.findings)}
 

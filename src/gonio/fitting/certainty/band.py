@@ -72,11 +72,28 @@ def propagate(
 
 
 def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
-    """The fitted BRDF at the directions of a flat scan, as a scan with `uncertainty` and `uncertainty_systematic`.
+    """The fitted BRDF at given directions with its uncertainty.
 
-    It is the BRDF as the instrument of the fit reads it, the values of `Solution.brdf`, in the unit of the fit. The
-    uncertainty is that of the curve, not of a further measurement there, which has noise of its own.
-    Raises ValueError where a direction belongs to no group of the fit.
+    The uncertainty is that of the curve, not of a further measurement there, which has noise of its own.
+
+    Parameters
+    ----------
+    solution : Solution
+        The fit.
+    points : xarray.Dataset
+        The directions, a flat scan.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan: `brdf` in the unit of the fit, as the instrument of the fit reads it, with the standard `uncertainty`
+        and `uncertainty_systematic`.
+
+    Raises
+    ------
+    ValueError
+        A direction belongs to no group of the fit.
+
     """
     places, acceptance = solution.places(points), Acceptance.of(solution.instrument, points)
     at_points = propagate(

@@ -46,14 +46,37 @@ def bootstrap(
     seed: int = 0,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Fits of resampled scans as `value` (parameter, draw), each a local search from the solution.
+    """Fit resampled scans, each by a local search from the solution.
 
-    kind: `residual` keeps the directions, gives each residual of a fit without its point a random sign, and so holds
-    for noise that depends on the signal (wu1986, davidson2008); `pairs` draws points, directions with them. Both keep
-    the weights of the points. `value` is NaN where a draw left out every point of a group, where a search ran out of
-    steps, and for values that the scan itself does not determine. `estimate` is the solution; `acceleration` is what
-    the BCa interval takes (efron1987).
-    Raises ValueError for another kind, for too few draws, or for a robust loss.
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    solution : Solution
+        Its fit.
+    kind : str
+        `residual` keeps the directions and gives each residual of a fit without its point a random sign; so it holds
+        for noise that depends on the signal (wu1986, davidson2008). `pairs` draws points, directions with them. Both
+        keep the weights of the points.
+    draws : int
+        How many scans.
+    seed : int
+        Of the random numbers.
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        `value` (parameter, draw), NaN where a draw left out every point of a group, where a search ran out of steps,
+        and for values that the scan itself does not determine; `estimate`, the solution; and `acceleration`, which the
+        BCa interval takes (efron1987).
+
+    Raises
+    ------
+    ValueError
+        The kind is not known, there are too few draws, or the loss is robust.
+
     """
     refuse_unfit(problem, kind, draws)
     problem = solution.as_fitted(problem)

@@ -83,13 +83,34 @@ def between(low: float, high: float, mark: str = " .. ") -> str:
 
 
 def profile(problem: Problem, solution: Solution, name: str, level: float = 0.95) -> Profile:
-    """The profile likelihood of one free value (venzon1988), `ks[30]` for one of a group.
+    """The profile likelihood of one free value (venzon1988): how much worse the fit becomes where it is held elsewhere.
 
     The rise is measured in the solution's own kind of covariance: scaled so that it grows near the minimum as that
-    standard uncertainty says (royall2003), as residuals scatter where that is infinite. For a linear model the interval
-    is the one of `Solution.intervals`.
-    Raises ValueError for a name that is not free, for a robust loss, for a fit that leaves no scatter, or where the
-    profile meets a better fit than the solution.
+    standard uncertainty says (royall2003), as residuals scatter where that is infinite. For a linear model the
+    interval is the one of `Solution.intervals`.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    solution : Solution
+        Its fit.
+    name : str
+        The value, `ks[30]` for one of a group.
+    level : float
+        The probability of the interval, between 0 and 1.
+
+    Returns
+    -------
+    Profile
+        The curve `at`, `rise`, and the interval `lower`, `upper`.
+
+    Raises
+    ------
+    ValueError
+        The name is not free, the loss is robust, the fit leaves no scatter, or the profile meets a better fit than the
+        solution.
+
     """
     line = _Minimum(problem, solution).line(name)
     factor = solution.coverage_factor(level)  # of Student's t, or of the normal distribution for `absolute`

@@ -18,12 +18,12 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from gonio.fitting.many import logarithms
+from gonio.fitting.many.descent import State, begin
 from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.projection import (
     LaneArrays,
-    State,
     basis,
-    begin,
     full,
     residual_of,
     shape_values,
@@ -144,11 +144,14 @@ def _objective(layout: Layout, lanes: LaneArrays, unit: Array) -> tuple[Array, A
 
     A coordinate of a weight runs from its lower bound to its upper one. Without an upper bound it runs to the weight at
     which its term t alone fits best, t'y/t't, where that is higher: neither terms nor weights are negative, so no
-    optimum has a larger one.
+    optimum of squared errors has a larger one. In logarithms too the values themselves are y, as `Anneal` has it.
     """
-    point = weighted(layout, lanes, basis(layout, lanes, shape_values(unit[layout.n :], lanes.axes)))
+    terms = basis(layout, lanes, shape_values(unit[layout.n :], lanes.axes))
+    point = weighted(layout, logarithms.uniform(lanes) if layout.logarithmic else lanes, terms)
     squared = summed(layout, [(index, full(lanes, column**2)) for index, column in point.columns], layout.n)
     alone = summed(layout, times(point.columns, point.target), layout.n) / jnp.where(squared > 0, squared, 1.0)
     reach = jnp.where(jnp.isfinite(lanes.upper), lanes.upper, jnp.maximum(alone, lanes.lower))
     weights = lanes.lower + unit[: layout.n] * (reach - lanes.lower)
+    if layout.logarithmic:
+        return logarithms.modelled(layout, lanes, terms, weights).cost, weights
     return jnp.sum(residual_of(point, weights) ** 2, axis=(0, 1)), weights

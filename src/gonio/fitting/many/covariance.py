@@ -20,11 +20,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from gonio.fitting.many import logarithms
+from gonio.fitting.many.descent import State
 from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.projection import (
     Columns,
     LaneArrays,
-    State,
     basis,
     full,
     gram,
@@ -49,13 +50,12 @@ def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, ki
     kind: of COVARIANCES. error (cells, rows, lanes): the standard deviation of each residual, which `absolute` takes
     and the others do not look at.
     """
-    shape, size = shape_values(state.unit, lanes.axes), layout.n + layout.d
-    point = weighted(layout, lanes, basis(layout, lanes, shape))
-    moved = [(tuple(layout.n + c for c in index), s) for index, s in slopes(layout, lanes, shape, state.weights)]
-    columns = [(index, full(lanes, column)) for index, column in (*point.columns, *moved)]
+    size = layout.n + layout.d
+    by_weight, by_shape, residual = _linearised(layout, lanes, state)
+    moved = [(tuple(layout.n + c for c in index), slope) for index, slope in by_shape]
+    columns = [(index, full(lanes, column)) for index, column in (*by_weight, *moved)]
     inverse, length, undetermined = _inverse(gram(layout, columns, size))
     columns = [(index, column / in_cells(length, index)) for index, column in columns]
-    residual = residual_of(point, state.weights)
     leverage = _leverage(columns, inverse)
     if kind == "scaled":
         # Leverages add up to the number of values that the data determine. Points of no weight are none.
@@ -80,6 +80,15 @@ def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, ki
     masked = undetermined[:, None] | undetermined[None, :]
     infinite = jnp.where(np.eye(size, dtype=bool)[:, :, None], jnp.inf, 0.0)
     return jnp.where(masked, infinite, spread)
+
+
+def _linearised(layout: Layout, lanes: LaneArrays, state: State) -> tuple[Columns, Columns, Array]:
+    """Derivatives of what is compared, by the weights and by the shape, and the residual (cells, rows, lanes)."""
+    if layout.logarithmic:
+        return logarithms.linearised(layout, lanes, state.unit, state.weights)
+    shape = shape_values(state.unit, lanes.axes)
+    point = weighted(layout, lanes, basis(layout, lanes, shape))
+    return point.columns, slopes(layout, lanes, shape, state.weights), residual_of(point, state.weights)
 
 
 def _inverse(matrix: Array) -> tuple[Array, Array, Array]:

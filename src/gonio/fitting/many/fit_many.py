@@ -18,11 +18,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.covariance_kinds import ABSOLUTE, COVARIANCES, DEFAULT
 from gonio.fitting.many.layout import Shared, laid_out
 from gonio.fitting.many.reading import blocks
 from gonio.fitting.many.results import Results
 from gonio.fitting.many.runner import FEW, LONG, Runner, Search
+from gonio.fitting.objective.from_scan import given_floor
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.schema import versions
 from gonio.fitting.search.anneal import Anneal
@@ -46,32 +48,51 @@ def fit_many(
     block: int = 0,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Fit every scan of a stack by the problem of one of them, as `fit` does for one.
+    """Fit every scan of a stack by the problem of one of them, as `gonio.fit` does for one.
 
-    problem: model, held, grouped, shared, weighting and bounds. Dimensions of its scan's `brdf` are dimensions of each
-        scan of the stack; its values are not fitted unless it is a scan of the stack itself.
-    stack: a Dataset whose `brdf` has the dimensions of one scan and further ones. Each place along the further ones is
-        a lane, which is fitted on its own, with its own gaps, mask and uncertainties, over directions that all share.
-        A stack on disk is read block by block. One without lanes gives an empty Dataset at once, with the variables
-        and attributes that one of many lanes would have.
-    solver: a Projection, by default one with fewer trials than for a single scan, or an Anneal, whose chains run side
-        by side.
-    covariance: a kind of COVARIANCES, or "" for none.
-    precision: float64 or float32. In float32 rounding moves E by some 1e-6 of itself, and values that the data hardly
+    Parameters
+    ----------
+    problem : Problem
+        Model, held, grouped, shared, weighting and bounds. Dimensions of its scan's `brdf` are dimensions of each scan
+        of the stack; its values are not fitted unless it is a scan of the stack itself. A weighting that
+        was left to the data (`auto`) is chosen anew for all scans of the stack together.
+    stack : xarray.Dataset
+        Its `brdf` has the dimensions of one scan and further ones. Each place along the further ones is a lane, which
+        is fitted on its own, with its own gaps, mask and uncertainties, over directions that all share. A stack on
+        disk is read block by block. One without lanes gives an empty Dataset at once, with the variables and
+        attributes that one of many lanes would have.
+    solver : Projection or Anneal
+        By default a Projection with fewer trials than for a single scan. The chains of an Anneal run side by side.
+    covariance : str
+        `robust`, `scaled` or `absolute`, or "" for none.
+    precision : str
+        "float64" or "float32". In float32 rounding moves E by some 1e-6 of itself, and values that the data hardly
         determine by more.
-    device: "cpu", "gpu", or "" for what JAX prefers.
-    block: lanes that are searched side by side; 0 takes what suits the device. The other lanes of a block change the
+    device : str
+        "cpu", "gpu", or "" for what JAX prefers.
+    block : int
+        Lanes that are searched side by side; 0 takes what suits the device. The other lanes of a block change the
         results of a lane by rounding at most.
-    progress: called with the part that is done, 0 to 1.
+    progress : callable
+        Called with the part that is done, 0 to 1.
 
-    Returns a Dataset over the lane dimensions and `parameter`, as `Results.dataset` says; `solution_of` makes a
-    Solution of one lane. A lane that cannot be fitted raises nothing: its `status` says why, and its values are NaN.
-    Raises ValueError for a stack that is a single scan, for unknown settings, without JAX, and for what only a fit of
-    one scan can do: an instrument's acceptance, smooth values, robust losses, log weighting, point_weights.
+    Returns
+    -------
+    xarray.Dataset
+        Values and uncertainties over the lanes and `parameter`, and `status` over the lanes; `solution_of` makes a
+        Solution of one lane. A lane that cannot be fitted raises nothing: its status says why, and its values are NaN.
+
+    Raises
+    ------
+    ValueError
+        The stack is a single scan, a setting is not known, JAX is missing, or the problem has what only a fit of one
+        scan can do: an instrument's acceptance, smooth values, robust losses, point_weights.
+
     """
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
     _refuse(problem, covariance, precision)
+    problem = _weighted_for_all(problem, stack, dims)
     jax = _jax_or_remedy()
     # The problem gets a scan of ones in place of its own. Its points are then all directions of the stack, also those
     # at which its own scan has a gap: gaps are a matter of each lane.
@@ -150,6 +171,16 @@ def _lanes_of(problem: Problem, stack: xr.Dataset) -> tuple[str, ...]:
     return dims
 
 
+def _weighted_for_all(problem: Problem, stack: xr.Dataset, dims: tuple[str, ...]) -> Problem:
+    """The problem with the weighting that all scans ask for, where its own was chosen from its own scan."""
+    if not problem.weighting_reason or problem.weighting_reason == given_floor(problem.noise_floor):
+        return problem
+    weighting, floor, reason = choice_for(stack, dims)
+    # Its own scan may not allow this weighting; ones do, and only the directions of that scan are used.
+    scan = one_scan(stack, dims) if all(stack.sizes[d] for d in dims) else problem.data
+    return replace(problem, data=scan, weighting=weighting, noise_floor=floor, weighting_reason=reason)
+
+
 def _refuse(problem: Problem, covariance: str, precision: str) -> None:
     """ValueError for settings that are unknown, and for what only a fit of one scan can do."""
     if covariance and covariance not in COVARIANCES:
@@ -160,7 +191,6 @@ def _refuse(problem: Problem, covariance: str, precision: str) -> None:
         "an instrument's acceptance": bool(problem.instrument),
         "smooth values": bool(problem.smoothed),
         f"a {problem.loss} loss": problem.loss != "squared",
-        "log weighting": problem.logarithmic,
         "point_weights": problem.point_weights is not None,
     }
     for feature, requested in unsupported.items():

@@ -42,6 +42,7 @@ class Layout:
     held: tuple[str, ...]  # names of the weights and shape parameters that are not free
     cells: int  # points are an array (cells, rows)
     rows: int  # points of the largest cell, padding included; shorter cells are padded to it
+    logarithmic: bool = False  # whether logarithms are compared
 
     @functools.cached_property
     def depends(self) -> dict[str, tuple[str, ...]]:
@@ -108,6 +109,7 @@ def laid_out(problem: Problem) -> Shared:
         tuple(e.name for e in problem.entries if e.held is not None),
         cells,
         rows,
+        problem.logarithmic,
     )
     held = {e.name: np.asarray(e.held)[e.group[first]][:, None, None] for e in problem.entries if e.held is not None}
     components: list[Any] = [np.asarray(part, dtype=float) for part in np.broadcast_arrays(*problem.geometry)]

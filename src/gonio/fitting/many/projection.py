@@ -14,7 +14,6 @@ Points are (cells, rows, lanes) and small matrices (n, n, lanes): sums run over 
 those on small matrices included, runs along the last, contiguous one. Where to start is chosen in `starts`.
 """
 
-import functools
 from typing import Any, NamedTuple
 
 import jax
@@ -45,25 +44,6 @@ class LaneArrays(NamedTuple):
     fixed: Array  # one over the scale of each lane's data (lanes,), by which held weights are multiplied
 
 
-class State(NamedTuple):
-    """Where the search of each lane is, and what is known there.
-
-    `cost` to `pull` are those of `unit`, and the fields from `weights` to `pull` are those of an `_Evaluation`.
-    """
-
-    unit: Array  # coordinates (d, lanes)
-    weights: Array  # (n, lanes), over the scale of each lane's data
-    side: Array  # at which bound each weight is: -1 lower, 0 none, 1 upper
-    cost: Array  # E
-    hessian: Array  # of half of E, along the coordinates (d, d, lanes)
-    pull: Array  # the downhill gradient of half of E (d, lanes)
-    damping: Array  # of the next step
-    growth: Array  # the factor of damping when the next step is refused
-    remaining: Array  # by how much an undamped step could still lower E, relative to E
-    done: Array  # lanes that take no more steps
-    steps: Array  # steps so far; -1 before the first evaluation, which is none
-
-
 def shape_values(unit: Array, axes: tuple[Array, ...]) -> Array:
     """Shape parameters (d, lanes) at coordinates 0 to 1, as `Axes.values` has them."""
     lower, upper, offset, log_ratio, by_ratio = axes
@@ -71,7 +51,7 @@ def shape_values(unit: Array, axes: tuple[Array, ...]) -> Array:
     return jnp.clip(jnp.where(by_ratio, ratio, lower + unit * (upper - lower)), lower, upper)
 
 
-def _slope_of_axes(unit: Array, axes: tuple[Array, ...]) -> Array:
+def slope_of_axes(unit: Array, axes: tuple[Array, ...]) -> Array:
     """Derivative of the shape parameters (d, lanes) by their coordinates."""
     lower, upper, offset, log_ratio, by_ratio = axes
     ratio = (lower + offset) * jnp.exp(unit * log_ratio) * log_ratio
@@ -104,7 +84,7 @@ def selection(rows: list[tuple[int, ...]], cells: int, n: int, dtype: Any) -> np
     return matrix
 
 
-def _assembled(
+def assembled(
     layout: Layout, pairs: list[tuple[tuple[int, ...], tuple[int, ...], Array]], shape: tuple[int, int]
 ) -> Array:
     """A matrix (rows, columns, lanes) from products of points, each summed where its row and column meet."""
@@ -127,7 +107,7 @@ def _folded(layout: Layout, product: Array) -> Array:
 def gram(layout: Layout, columns: Columns, size: int) -> Array:
     """The Gram matrix (size, size, lanes) of columns that are given by term and cell."""
     pairs = [(i, j, a * b) for k, (i, a) in enumerate(columns) for j, b in columns[k:]]
-    upper = _assembled(layout, pairs, (size, size))
+    upper = assembled(layout, pairs, (size, size))
     # Each pair of terms is summed on one side of the diagonal. The transpose fills the other, and doubles the diagonal.
     share = 1 - 0.5 * np.eye(size)
     return (upper + jnp.swapaxes(upper, 0, 1)) * share[:, :, None].astype(upper.dtype)
@@ -136,7 +116,7 @@ def gram(layout: Layout, columns: Columns, size: int) -> Array:
 def summed(layout: Layout, columns: Columns, size: int) -> Array:
     """Sums (size, lanes) over the points of every column."""
     zero = (0,) * layout.cells
-    return _assembled(layout, [(index, zero, column) for index, column in columns], (size, 1))[:, 0]
+    return assembled(layout, [(index, zero, column) for index, column in columns], (size, 1))[:, 0]
 
 
 def times(columns: Columns, factor: Array) -> Columns:
@@ -191,8 +171,8 @@ def slopes(layout: Layout, lanes: LaneArrays, shape: Array, weights: Array) -> C
     return out
 
 
-class _Evaluation(NamedTuple):
-    """What is known at a shape: fields of a State, in its order."""
+class Evaluation(NamedTuple):
+    """What is known at a shape: fields of a `descent.State`, in its order."""
 
     weights: Array
     side: Array
@@ -201,22 +181,22 @@ class _Evaluation(NamedTuple):
     pull: Array
 
 
-def _evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> _Evaluation:
+def evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> Evaluation:
     """Exact weights at a shape, E, and what a Gauss-Newton step needs."""
     shape = shape_values(unit, lanes.axes)
     point = weighted(layout, lanes, basis(layout, lanes, shape))
-    terms_gram, weights, side, residual = _projected(layout, lanes, point, side)
+    terms_gram, weights, side, residual = projected(layout, lanes, point, side)
     cost = jnp.sum(residual**2, axis=(0, 1))
     if not layout.d:
         empty = jnp.zeros((0, *cost.shape), dtype=cost.dtype)
-        return _Evaluation(weights, side, cost, empty[None][:0], empty)
-    along = _slope_of_axes(unit, lanes.axes)
+        return Evaluation(weights, side, cost, empty[None][:0], empty)
+    along = slope_of_axes(unit, lanes.axes)
     moved = [(index, column * in_cells(along, index)) for index, column in slopes(layout, lanes, shape, weights)]
     slopes_gram = gram(layout, moved, layout.d)
     pull = summed(layout, times(moved, residual), layout.d)
     if not layout.n:
-        return _Evaluation(weights, side, cost, slopes_gram, pull)
-    cross = _assembled(layout, [(i, j, a * b) for i, a in point.columns for j, b in moved], (layout.n, layout.d))
+        return Evaluation(weights, side, cost, slopes_gram, pull)
+    cross = assembled(layout, [(i, j, a * b) for i, a in point.columns for j, b in moved], (layout.n, layout.d))
     joint = jnp.concatenate(
         [jnp.concatenate([terms_gram, cross], 1), jnp.concatenate([jnp.swapaxes(cross, 0, 1), slopes_gram], 1)]
     )
@@ -226,10 +206,10 @@ def _evaluate(layout: Layout, lanes: LaneArrays, unit: Array, side: Array) -> _E
     swept, _ = sweep(scaled, layout.n, side == 0)
     slope_length = length[layout.n :]
     hessian = swept[layout.n :, layout.n :] * slope_length[:, None] * slope_length[None, :]
-    return _Evaluation(weights, side, cost, hessian, pull)
+    return Evaluation(weights, side, cost, hessian, pull)
 
 
-def _projected(layout: Layout, lanes: LaneArrays, point: _Point, side: Array) -> tuple[Array, Array, Array, Array]:
+def projected(layout: Layout, lanes: LaneArrays, point: _Point, side: Array) -> tuple[Array, Array, Array, Array]:
     """The Gram matrix of the terms, the exact weights, their sides, and the residual."""
     if not layout.n:
         count = lanes.target.shape[-1]
@@ -257,82 +237,3 @@ def residual_of(point: _Point, weights: Array) -> Array:
     for index, column in point.columns:
         residual = residual - in_cells(weights, index) * column
     return residual
-
-
-def _step(hessian: Array, pull: Array, unit: Array, damping: Array) -> tuple[Array, Array]:
-    """A damped step (d, lanes) from `unit`, and by how much it would lower E without curvature and bounds.
-
-    A coordinate at a bound stays there while the pull points outwards. In units of its column's length the hessian has
-    a unit diagonal, so that the damping is relative to it (marquardt1963).
-    """
-    d = len(pull)
-    if not d:
-        return pull, jnp.zeros_like(damping)
-    free = ~(((unit <= 0) & (pull < 0)) | ((unit >= 1) & (pull > 0)))
-    scaled, length = unit_scaled(hessian)
-    damped = scaled + damping * jnp.eye(d, dtype=pull.dtype)[:, :, None]
-    rhs = jnp.where(free, pull / length, 0.0)
-    swept, used = sweep(bordered(damped, rhs), d, free)
-    step = jnp.where(used, swept[:d, d], 0.0)
-    gain = 2 * jnp.sum(rhs * step, axis=0) - jnp.sum(step[:, None] * scaled * step[None, :], axis=(0, 1))
-    return step / length, gain
-
-
-@functools.partial(jax.jit, static_argnames=("layout",))
-def begin(layout: Layout, lanes: LaneArrays, unit: Array) -> State:
-    """The state before the first step at coordinates (d, lanes): nothing is known, so that step stays and evaluates."""
-    d, count = unit.shape
-    ones = jnp.ones(count, dtype=lanes.target.dtype)
-    zeros = jnp.zeros((layout.n, count), dtype=ones.dtype)
-    unknown = _Evaluation(
-        zeros, zeros.astype(jnp.int32), jnp.inf * ones, jnp.zeros((d, d, count), ones.dtype), 0 * unit
-    )
-    return State(unit, *unknown, 1e-3 * ones, 2 * ones, ones, ones == 0, jnp.full(count, -1, dtype=jnp.int32))
-
-
-def settled(dtype: Any) -> float:
-    """What a step may still win, relative to E, where a search ends: its square root is the offset of bates1981."""
-    return max(1e-10, 4 * float(np.finfo(dtype).eps))
-
-
-@functools.partial(jax.jit, static_argnames=("layout",))
-def advance(layout: Layout, lanes: LaneArrays, state: State, steps: Array) -> State:
-    """Up to so many steps more of every lane that is not done (levenberg1944, marquardt1963, nielsen1999)."""
-    eps = float(np.finfo(lanes.target.dtype).eps)
-    enough, exact = settled(lanes.target.dtype), (64 * eps) ** 2  # E of a fit that leaves rounding alone
-
-    def one(carry: tuple[State, Array]) -> tuple[State, Array]:
-        now, count = carry
-        step, expected = _step(now.hessian, now.pull, now.unit, now.damping)
-        unit = jnp.clip(now.unit + step, 0.0, 1.0)
-        trial = _evaluate(layout, lanes, unit, now.side)
-        better = (trial.cost < now.cost) & ~now.done
-        # Nielsen's rule: a gain as expected divides the damping by up to 9, refusals multiply it by 2, 4, 8, ..
-        ratio = (now.cost - trial.cost) / jnp.where(expected > 0, expected, 1.0)
-        eased = now.damping * jnp.maximum(1 / 9, 1 - (2 * ratio - 1) ** 3)
-        damping = jnp.where(better, jnp.maximum(eased, 1e-12), now.damping * now.growth)
-        growth = jnp.where(better, 2.0, 2 * now.growth)
-        best = _Evaluation(*(jnp.where(better, new, old) for new, old in zip(trial, now[1:6], strict=True)))
-        unit = jnp.where(better, unit, now.unit)
-        _, remaining = _step(best.hessian, best.pull, unit, jnp.zeros_like(damping))
-        remaining = remaining / jnp.where(best.cost > 0, best.cost, 1.0)
-        moved = jnp.abs(jnp.where(better, unit - now.unit, step)).max(axis=0, initial=0.0)
-        small = (moved < 16 * eps) & jnp.isfinite(now.cost)  # the first pass, from infinite E, is not to move
-        rounded = ~better & (expected < 4 * eps * now.cost)  # a better point could not be told from this one
-        done = now.done | (remaining <= enough) | (best.cost <= exact) | small | rounded
-        steps = now.steps + 1
-        reached = State(unit, *best, damping, growth, remaining, done, steps)
-        # A lane that is done does not change any more, however long the others of its block take.
-        return State(*(jnp.where(now.done, old, new) for new, old in zip(reached, now, strict=True))), count + 1
-
-    def going(carry: tuple[State, Array]) -> Array:
-        return ~carry[0].done.all() & (carry[1] < steps)
-
-    return jax.lax.while_loop(going, one, (state, jnp.zeros((), dtype=steps.dtype)))[0]
-
-
-@jax.jit
-def better(first: State, second: State) -> State:
-    """Of two searches of the same lanes, the one that is lower in each."""
-    lower = second.cost < first.cost
-    return State(*(jnp.where(lower, new, old) for new, old in zip(second, first, strict=True)))

@@ -1,8 +1,8 @@
 """Lanes of a stack as a compiled search takes them: weighted, scaled, laid out; and why a lane cannot be fitted.
 
 Each lane gets the weights of the problem's weighting from its own values and uncertainties. Its weighted values are
-divided by their length, so that they have a squared sum of 1. E (guo2023, eq 11) is then the squared residual, and one
-tolerance suits lanes of any brightness.
+divided by their length, so that they have a squared sum of 1; of logarithms, the weights have that sum. E (guo2023,
+eq 11) is then the squared residual, and one tolerance suits lanes of any brightness.
 
 Gaps, masked values and padding stay in the arrays as zeros with zero weight: sums are then the same for every lane,
 which a compiled search needs, and such points add nothing to them.
@@ -111,24 +111,20 @@ def _block(
         weighed &= (is_stated(stated) | ~used).all(axis=1)
     one_root = of_directions and bool(used.all())
     root = np.sqrt(weights) if one_root else np.sqrt(weights) * used
-    scale = np.sqrt(np.sum((root * values) ** 2, axis=1))
-    # Several can be true of a lane, and the last one that is set stays: an empty lane has a length of zero too.
-    status = np.full(len(values), FITTED, dtype=np.int8)
-    status[scale == 0] = code(Status.ALL_ZERO)
-    status[~weighed] = code(Status.NOT_WEIGHED)
-    status[~used.any(axis=1)] = code(Status.NO_POINTS)
+    root, target, scale, by_error = (_logarithms if problem.logarithmic else _shares)(root, values)
+    status = _statuses(scale, weighed, peak, used)
     # Lanes that are not fitted stay in the block. Their targets of zero keep NaN and infinity out of the search.
     scale[status != FITTED] = 1.0
-    values = np.where((status == FITTED)[:, None], values, 0.0) * root / scale[:, None]
+    target = np.where((status == FITTED)[:, None], target, 0.0)
     error = np.zeros((0, values.shape[1]))
     if absolute and stated is not None:
-        error = np.where(used & is_stated(stated), stated, 0.0) * root / scale[:, None]
+        error = np.where(used & is_stated(stated), stated, 0.0) * by_error
     counts = ~shared.filled.reshape(shared.layout.cells, shared.layout.rows, 1)  # padding repeats points
     return LaneBlock(
         one_root=one_root,
         rows=rows,
         root=shared.placed(root) * counts,
-        target=shared.placed(values) * counts,
+        target=shared.placed(target) * counts,
         error=shared.placed(error) * counts,
         scale=scale,
         seen=_seen(shared, used),
@@ -136,6 +132,39 @@ def _block(
         status=status,
         crossed=np.zeros(len(values), dtype=np.int8),
     )
+
+
+def _statuses(
+    scale: Values, weighed: npt.NDArray[np.bool_], peak: Values, used: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int8]:
+    """Why each lane cannot be fitted, or FITTED."""
+    # Several can be true of a lane, and the last one that is set stays: an empty lane has a peak of zero too.
+    status = np.full(len(scale), FITTED, dtype=np.int8)
+    status[scale == 0] = code(Status.ALL_ZERO)
+    status[~weighed] = code(Status.NOT_WEIGHED)
+    status[peak == 0] = code(Status.ALL_ZERO)
+    status[~used.any(axis=1)] = code(Status.NO_POINTS)
+    return status
+
+
+def _shares(root: Values, values: Values) -> tuple[Values, Values, Values, Values]:
+    """Roots, targets, scales (lanes,), and the factor of an uncertainty: weighted values over their length."""
+    scale = np.sqrt(np.sum((root * values) ** 2, axis=1))
+    divisor = np.where(scale > 0, scale, 1.0)[:, None]
+    return root, values * root / divisor, scale, root / divisor
+
+
+def _logarithms(root: Values, values: Values) -> tuple[Values, Values, Values, Values]:
+    """The same for logarithms: roots have a squared sum of 1, and the scale is the geometric mean of the values.
+
+    An error of a value is one of its logarithm over the value. Values without a logarithm get that of 1: their points
+    have no weight, or their lane is not fitted.
+    """
+    length = np.sqrt(np.sum(root**2, axis=1, keepdims=True))
+    root = root / np.where(length > 0, length, 1.0)
+    positive = np.where(values > 0, values, 1.0)
+    level = np.sum(root**2 * np.log(positive), axis=1, keepdims=True)
+    return root, root * (np.log(positive) - level), np.exp(level[:, 0]), root / positive
 
 
 def _weights(

@@ -21,7 +21,7 @@ from gonio.measured.stack import StackLanes
 from gonio.model import Model
 
 if TYPE_CHECKING:
-    from gonio.fitting.many.projection import State
+    from gonio.fitting.many.descent import State
 
 Values = npt.NDArray[Any]
 Places = npt.NDArray[np.intp]
@@ -143,8 +143,25 @@ def solution_of(lane: xr.Dataset, model: Model | None = None) -> Solution:
     """The Solution of one lane of what `fit_many` gave: `solution_of(fits.isel(sample=3))`.
 
     Its history holds the final E alone, because a search of many lanes records none, and systematic uncertainties are
-    NaN. The model is the one of that name in the catalogue, unless it is given.
-    Raises ValueError where lanes are left, or for a model that the catalogue does not have.
+    NaN.
+
+    Parameters
+    ----------
+    lane : xarray.Dataset
+        One place along all lanes.
+    model : Model, optional
+        The model; without it the one of that name in the catalogue.
+
+    Returns
+    -------
+    Solution
+        As `gonio.fit` gives it.
+
+    Raises
+    ------
+    ValueError
+        Lanes are left, or the catalogue does not have the model.
+
     """
     if remaining := [str(d) for d in lane["value"].dims if d != "parameter"]:
         raise ValueError(f"there are many lanes along {', '.join(remaining)}: choose one, as by isel({remaining[0]}=0)")

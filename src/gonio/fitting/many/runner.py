@@ -29,7 +29,8 @@ from gonio.fitting.search.projection import BETTER, FOR_MANY, Projection
 from gonio.fitting.search.starts import tried
 
 if TYPE_CHECKING:
-    from gonio.fitting.many import projection as compiled
+    from gonio.fitting.many import descent as compiled
+    from gonio.fitting.many.projection import LaneArrays
 
 Values = npt.NDArray[Any]
 ON_CPU, ON_GPU = 2**16, 2**25  # values of a block: what a cache holds, and what keeps a GPU busy
@@ -103,7 +104,7 @@ class Runner:
         Pools are worked off as soon as they fill a block, crossings first: what they find joins the pool of searches.
         Memory stays that of a few blocks, however long the stack is.
         """
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many import descent as compiled
 
         data = self._data(block)
         if self.search.anneal:
@@ -116,13 +117,13 @@ class Runner:
         while _count(self.pools[block.one_root]) >= self.width:
             self._go_on(block.one_root)
 
-    def _begun(self, block: LaneBlock, data: "compiled.LaneArrays") -> "compiled.State":
+    def _begun(self, block: LaneBlock, data: "LaneArrays") -> "compiled.State":
         """Where each lane starts: at a given shape, or at the one of several that is ahead after a few steps.
 
         E at a start alone does not tell which leads to the lowest minimum. With three shape values and more it takes
         more steps to tell.
         """
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many import descent as compiled
         from gonio.fitting.many import starts as lane_starts
 
         if self.start is not None or not self.layout.d:
@@ -133,7 +134,7 @@ class Runner:
         begun = (compiled.begin(self.layout, data, unit) for unit in starts)
         return functools.reduce(compiled.better, (compiled.advance(self.layout, data, s, race) for s in begun))
 
-    def _annealed(self, block: LaneBlock, data: "compiled.LaneArrays", anneal: Anneal) -> "compiled.State":
+    def _annealed(self, block: LaneBlock, data: "LaneArrays", anneal: Anneal) -> "compiled.State":
         """The chains of every lane to their end; random numbers follow from the seed and the lane's place in the stack.
 
         So a lane has the same chains in a block of any width. Lanes that only fill up the block repeat the key of the
@@ -165,7 +166,7 @@ class Runner:
 
     def _go_on(self, one_root: bool) -> None:
         """The lanes that have waited longest, as many as a block takes, some steps further."""
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many import descent as compiled
 
         block, state = self._next_lanes(self.pools, one_root, self.width)
         data = self._data(block)
@@ -174,7 +175,7 @@ class Runner:
 
     def _next_lanes(self, pools: Pools, one_root: bool, most: int) -> tuple[LaneBlock, Any]:
         """Take the lanes that have waited longest, `most` of them, out of a pool; their states as NumPy arrays."""
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many import descent as compiled
 
         block = joined([b for b, _ in pools[one_root]])
         parts = zip(*(state for _, state in pools[one_root]), strict=True)
@@ -190,7 +191,7 @@ class Runner:
         What `Projection` does for one scan: a better point begins another search. All points of a lane's lines stand
         side by side as lanes of a block, each with the data of its lane: `d * line` of them, so few lanes fill one.
         """
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many import descent as compiled
 
         line = self.search.projection.line
         points = self.layout.d * line
@@ -210,13 +211,14 @@ class Runner:
         best = np.argmin(cost, axis=1)
         lower = np.flatnonzero(cost[np.arange(len(block)), best] < state.cost * (1 - BETTER))
         if len(lower):
-            restarted = compiled.begin(
-                self.layout, self._data(block.part(lower)), self._cast(units[:, lower, best[lower]])
+            unit = self._cast(self._wide(units[:, lower, best[lower]]))
+            restarted = _lanes_in(
+                compiled.begin(self.layout, self._data(block.part(lower)), unit), np.arange(len(lower))
             )
             restarted = restarted._replace(steps=state.steps[lower])  # max_steps limits all searches of a lane together
-            self.pools[one_root].append((block.part(lower), _lanes_in(restarted, np.arange(len(lower)))))
+            self.pools[one_root].append((block.part(lower), restarted))
 
-    def _sort_in(self, block: LaneBlock, data: "compiled.LaneArrays", state: "compiled.State") -> None:
+    def _sort_in(self, block: LaneBlock, data: "LaneArrays", state: "compiled.State") -> None:
         """Lanes that ended go into the results and, to be crossed, to the edges; the others go into the pool.
 
         A lane ends when its search is done, when its steps are spent, or when it cannot be fitted at all. Its result is
@@ -251,18 +253,18 @@ class Runner:
         if len(remaining):
             self.pools[block.one_root].append((block.part(remaining), _lanes_in(state, remaining)))
 
-    def _data(self, block: LaneBlock) -> "compiled.LaneArrays":
+    def _data(self, block: LaneBlock) -> "LaneArrays":
         """A block as compiled searches take it, filled up to the width.
 
         Lanes that fill it up have targets of zero: unless there are held weights, E is zero at the first evaluation and
         they are done.
         """
-        from gonio.fitting.many import projection as compiled
+        from gonio.fitting.many.projection import LaneArrays
 
         scale = self._wide(block.scale, 1.0)  # not zero, for the division
         lower, upper = (np.asarray(b[: self.layout.n])[:, None] / scale for b in (self.lower, self.upper))
         arrays = (lower, upper, block.root if block.one_root else self._wide(block.root), self._wide(block.target))
-        return compiled.LaneArrays(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
+        return LaneArrays(self.geometry, self.held, self.axes, *map(self._cast, (*arrays, 1 / scale)))
 
     def _wide(self, values: Values, fill: float = 0.0) -> Values:
         """Filled up to the block's width along the last axis."""
@@ -271,8 +273,9 @@ class Runner:
         return np.pad(values, pad, constant_values=fill) if missing > 0 else values
 
     def _starts(self) -> int:
-        """How many starts of each lane are followed."""
-        return min(self.search.projection.followed_of_many(self.layout.d), self.points.shape[1])
+        """How many starts of each lane are followed: in logarithms twice as many, as `Projection` does for one scan."""
+        followed = self.search.projection.followed_of_many(self.layout.d) * (1 + self.layout.logarithmic)
+        return min(followed, self.points.shape[1])
 
     def _steps(self, steps: int) -> Any:
         """A number of steps as a compiled function takes it: as an argument, so that no number needs a compilation."""

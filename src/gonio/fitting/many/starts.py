@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from gonio.fitting.many import logarithms
 from gonio.fitting.many.layout import Layout
 from gonio.fitting.many.projection import Columns, LaneArrays, basis, selection, shape_values
 from gonio.fitting.many.sweep import unit_scaled
@@ -33,7 +34,7 @@ def starts_of(layout: Layout, lanes: LaneArrays, points: Array, grid: tuple[int,
     grid: the shape in which the points lie. Its local minima come first, because two neighbours mostly lead to one
     minimum. Empty where the points lie in no grid: then the best ones are taken, wherever they lie.
     """
-    costs = _costs(layout, _thinned(layout, lanes), points)
+    costs = _costs(layout, _thinned(layout, logarithms.relative(lanes) if layout.logarithmic else lanes), points)
     costs = jnp.where(jnp.isnan(costs), jnp.inf, costs)
     if grid:
         # Costs are E - 1, from -1 to 0 where all weights may be zero. So 2 puts the other points behind every local

@@ -56,8 +56,7 @@ def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
         return {"weighting": "uniform"}
     points = dataset.points(scan)
     if options.noise_floor:
-        reason = f"a noise floor of {options.noise_floor:g} is given"
-        return {"weighting": "relative", "weighting_reason": reason}
+        return {"weighting": "relative", "weighting_reason": given_floor(options.noise_floor)}
     if not points.sizes["direction"]:
         return {"weighting": "uniform"}
     choice = chosen(points)
@@ -66,6 +65,11 @@ def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
         "noise_floor": choice.noise_floor,
         "weighting_reason": choice.reason,
     }
+
+
+def given_floor(noise_floor: float) -> str:
+    """Why a weighting that is to be chosen is relative where a noise floor is given."""
+    return f"a noise floor of {noise_floor:g} is given"
 
 
 def _half_width(name: str, text: str, scan: xr.Dataset) -> float:

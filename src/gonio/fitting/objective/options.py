@@ -46,35 +46,63 @@ Weighting = Annotated[
     ),
 ]
 
+Loss = Annotated[
+    str,
+    Option(
+        f"how much a large error counts: {one_of(LOSSES)}; all but squared lessen outliers",
+        panel=Panel.WEIGHTS,
+        names=tuple(LOSSES),
+    ),
+]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProblemOptions:
     """The options of a Problem.
 
-    held: parameters that keep a value given here, `{"kid": 24.0}`; for a grouped one, a mapping from each group's label
+    Parameters
+    ----------
+    held : mapping
+        Parameters that keep a value given here, `{"kid": 24.0}`; for a grouped one, a mapping from each group's label
         to its value; `half-width` has it read from the scan (guo2023, section 2.1).
-    grouped: parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (guo2023 Table 1).
-    shared: weights with one value over all channels, wavelengths or scans. The others have one value a set, because
-        colour scales what a surface reflects; shape parameters are shared over sets unless grouped, because they
-        describe the surface.
-    smooth: parameters with one value for each value of a coordinate that vary smoothly along it, with the strength of
-        the penalty: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `objective.smooth` has the penalty.
-    bounds: other bounds than the declared ones, by name; weights lie in 0..inf.
-    dielectric, metal: what the surface is made of, for the models with `index` and `extinction`: a dielectric has an
-        index of at least 1 and no extinction, a metal an extinction of at least 1. Without either they are free within
-        the declared bounds, and a fit may end where no material lies.
-    material: name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths,
-        or at `wavelength` [nm] where that is given.
-    weighting: a name of WEIGHTINGS, or `auto`, which takes the one that the scan asks for (`automatic`). g1 and g2,
-        functions of theta_i and of theta_r [deg], multiply it (eq 11).
-    weighting_reason: why the scan asks for it, in words; empty where it was named.
-    noise_floor: for relative weighting, the BRDF below which the noise is constant, while it is proportional above:
-        the constant standard deviation over the relative one. Values near zero then count for little, but none is
-        dropped. Masking them instead cuts off those that noise made small, and biases the fit.
-    loss: a name of LOSSES, what a large error costs.
-    instrument: the cones that source and detector take in, averaged into every term. The fitted values are those of the
+    grouped : mapping
+        Parameters with one value for each value of one or more coordinates, `{"ks": "theta_i"}` (guo2023 Table 1).
+    shared : tuple of str
+        Weights with one value over all channels, wavelengths or scans. The others have one value a set, because colour
+        scales what a surface reflects; shape parameters are shared over sets unless grouped, because they describe the
+        surface.
+    smooth : mapping
+        Parameters with one value for each value of a coordinate that vary smoothly along it, with the strength of the
+        penalty: `{"sigma": ("wavelength", 1e-5)}`, or "auto"; `objective.smooth` has the penalty.
+    bounds : mapping
+        Other bounds than the declared ones, by name; weights lie in 0..inf.
+    dielectric, metal : bool
+        What the surface is made of, for the models with `index` and `extinction`: a dielectric has an index of at
+        least 1 and no extinction, a metal an extinction of at least 1. Without either they are free within the
+        declared bounds, and a fit may end where no material lies.
+    material : str
+        Name or file of optical constants at which `index` and `extinction` are held, at the scan's wavelengths, or at
+        `wavelength` where that is given.
+    wavelength : float, optional
+        The wavelength [nm] at which `material` is taken.
+    weighting : str
+        A name of WEIGHTINGS, or `auto`, which takes the one that the scan asks for (`automatic`).
+    weighting_reason : str
+        Why the scan asks for it, in words; empty where it was named.
+    noise_floor : float
+        For relative weighting, the BRDF below which the noise is constant, while it is proportional above: the
+        constant standard deviation over the relative one. Values near zero then count for little, but none is dropped.
+        Masking them instead cuts off those that noise made small, and biases the fit.
+    loss : str
+        A name of LOSSES, what a large error costs.
+    instrument : Instrument
+        The cones that source and detector take in, averaged into every term. The fitted values are those of the
         surface, not of what the instrument reads.
-    point_weights: weights (points,) of the points in use, on top of all others; a fit under a robust loss sets them.
+    g1, g2 : callable, optional
+        Functions of theta_i and of theta_r [deg] that multiply the weights (eq 11).
+    point_weights : array, optional
+        Weights (points,) of the points in use, on top of all others; a fit under a robust loss sets them.
+
     """
 
     PANEL: ClassVar = Panel.MODEL
@@ -141,14 +169,7 @@ class ProblemOptions:
             lowest=0,
         ),
     ] = 0.0
-    loss: Annotated[
-        str,
-        Option(
-            f"how much a large error counts: {one_of(LOSSES)}; all but squared lessen outliers",
-            panel=Panel.WEIGHTS,
-            names=tuple(LOSSES),
-        ),
-    ] = "squared"
+    loss: Loss = "squared"
     instrument: Instrument = IDEAL
     g1: Callable[[Values], Values] | None = None
     g2: Callable[[Values], Values] | None = None

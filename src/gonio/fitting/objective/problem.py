@@ -67,9 +67,7 @@ class Problem(ProblemOptions):
 
     model: Model
     data: xr.Dataset
-    weighting: str = field(
-        default="uniform", kw_only=True
-    )  # eq 11 as printed; what looks for an answer asks for `auto`
+    weighting: str = field(default="uniform", kw_only=True)  # eq 11; what looks for an answer asks for `auto`
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -234,14 +232,17 @@ class Problem(ProblemOptions):
 
     @functools.cached_property
     def free_weights(self) -> tuple[Entry, ...]:
+        """The weights among them."""
         return tuple(e for e in self.entries if e.is_weight and e.held is None)
 
     @functools.cached_property
     def free_shape(self) -> tuple[Entry, ...]:
+        """The shape values among them."""
         return tuple(e for e in self.entries if not e.is_weight and e.held is None)
 
     @property
     def free(self) -> tuple[Entry, ...]:
+        """The values that a search finds: weights, then shape."""
         return (*self.free_weights, *self.free_shape)
 
     @functools.cached_property

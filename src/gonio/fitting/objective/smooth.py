@@ -30,11 +30,17 @@ AUTO = "auto"  # strength that is to be chosen by leave-one-out prediction
 class Smooth(NamedTuple):
     """How one parameter is held smooth: along which coordinate, how strongly, and in which unit of the parameter.
 
-    by: the coordinate; the parameter has one value for each of its values, which must be at least three numbers.
-    strength: the factor of the penalty (see the module). It has no unit, because x runs from 0 to 1 and the parameter
-        is divided by `scale`. 0 leaves each value free; the larger it is, the straighter the line through them. `auto`
+    Parameters
+    ----------
+    by : str
+        The coordinate. The parameter has one value for each of its values, which must be at least three numbers.
+    strength : float or str
+        The factor of the penalty (see the module). It has no unit, because x runs from 0 to 1 and the parameter is
+        divided by `scale`. 0 leaves each value free; the larger it is, the straighter the line through them. `auto`
         has it chosen by `gonio.fitting.search.strength.resolved`.
-    scale: the size of the parameter, in its own unit. NaN has it found by `resolved` as well.
+    scale : float
+        The size of the parameter, in its own unit. NaN has it found by `resolved` as well.
+
     """
 
     by: str

@@ -25,22 +25,36 @@ BLOCK = 256  # steps whose random numbers are drawn at once
 
 @dataclass(frozen=True)
 class Anneal:
-    """Metropolis search under a falling temperature; the names are those of Appendix A.
+    """Metropolis search under a falling temperature; the names are those of Appendix A of guo2023.
 
-    initial_temperature, final_temperature, cooling_rate: the temperature, in units of E, is multiplied by the rate
-        after each iteration; the search ends below the final one. max_iterations: of each chain.
-    tolerance: the search ends when the best E has changed by less over `patience` iterations (the appendix names no
-        window; without one the first refused step would end the search). Zero never ends it.
-    lb, ub: bounds of weights and shape by name, where they should be narrower than the problem's. An upper bound that
-        is given nowhere is the weight at which its term alone fits the measured values best by least squares. Where
+    Parameters
+    ----------
+    initial_temperature, final_temperature, cooling_rate : float
+        The temperature, in units of E, is multiplied by the rate after each iteration; the search ends below the final
+        one.
+    max_iterations : int
+        Of each chain.
+    tolerance, patience : float, int
+        The search ends when the best E has changed by less than the tolerance over `patience` iterations (the appendix
+        names no window; without one the first refused step would end the search). Zero never ends it.
+    lb, ub : mapping
+        Bounds of weights and shape by name, where they should be narrower than the problem's. An upper bound that is
+        given nowhere is the weight at which its term alone fits the measured values best by least squares. Where
         residuals are squared errors, no optimum of non-negative terms and weights lies above.
-    step: standard deviation of a perturbation at the initial temperature, in units of the range from lb to ub; it
-        falls with the square root of the temperature, as does the distance from a minimum at which E, which is
-        quadratic there, exceeds it by the temperature.
-    seed: of the random numbers. chains: independent searches side by side; the best one counts.
+    step : float
+        Standard deviation of a perturbation at the initial temperature, in units of the range from lb to ub; it falls
+        with the square root of the temperature, as does the distance from a minimum at which E, which is quadratic
+        there, exceeds it by the temperature.
+    seed : int
+        Of the random numbers.
+    chains : int
+        Independent searches side by side; the best one counts.
 
-    Raises ValueError for a cooling rate outside 0 to 1, for temperatures that do not fall or are negative, and for
-    counts below one.
+    Raises
+    ------
+    ValueError
+        A cooling rate outside 0 to 1, temperatures that do not fall or are negative, or counts below one.
+
     """
 
     initial_temperature: float = 1.0

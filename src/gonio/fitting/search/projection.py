@@ -44,16 +44,23 @@ SHORT = 10  # the first searches, which only find out where the last one starts,
 class Projection:
     """Exact weights by bounded linear least squares; the shape by local searches from many starts.
 
-    grid: starts along each side for two shape parameters, three times as many for one; three and more take 64
+    For fits of many scans at once (`fit_many`) the settings mean the same.
+
+    Parameters
+    ----------
+    grid : int
+        Starts along each side for two shape parameters, three times as many for one; three and more take 64
         quasi-random starts a dimension (or up to twice as many, for a power of two), and parameters with one value a
         group start from the optimum of one value for all groups.
-    searches: how many of the best starts are followed to their minimum; twice as many in logarithms, where the weights
-        of a start are only near. 0 is one for each shape value, and four at least, because the number of minima grows
-        with the dimension; for many scans at once it is two for one and two shape values, and four for three and more.
-    max_steps: points that the last search may try; the others, which only find out where it starts, may try a tenth.
-    line, rounds: from the best minimum, so many points along each coordinate look for a better one, so many times.
+    searches : int
+        How many of the best starts are followed to their minimum; twice as many in logarithms, where the weights of a
+        start are only near. 0 is one for each shape value, and four at least, because the number of minima grows with
+        the dimension; for many scans at once it is two for one and two shape values, and four for three and more.
+    max_steps : int
+        Points that the last search may try; the others, which only find out where it starts, may try a tenth.
+    line, rounds : int
+        From the best minimum, so many points along each coordinate look for a better one, so many times.
 
-    For fits of many scans at once (`fit_many`) the settings mean the same, but for log weighting, which they refuse.
     """
 
     grid: int = 15

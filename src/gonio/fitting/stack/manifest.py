@@ -106,7 +106,8 @@ class Record:
     peak_megabytes: the most memory [MB] that the process had used by then, for other blocks too.
     run: the digest of the run that computed it, by which a mark of another run is known.
     statuses: how many lanes ended with which status. worst: the lane of the largest cost, by coordinate, with its cost
-    and status; None where no lane has a cost. A summary of the whole run is made of these, without opening the results.
+    and status; None where no lane has a cost. undetermined: in how many lanes the data do not determine a value, by its
+    name, where there are such. A summary of the whole run is made of these, without opening the results.
     """
 
     block: int
@@ -120,6 +121,7 @@ class Record:
     run: str = ""
     statuses: dict[str, int] = field(default_factory=dict)
     worst: dict[str, Any] | None = None
+    undetermined: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

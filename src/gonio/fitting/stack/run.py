@@ -23,6 +23,7 @@ from typing import Any
 import xarray as xr
 
 from gonio.files import naming, refuse_existing, refuse_overlap, replacing
+from gonio.fitting.choosing import choice_for
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.from_scan import HALF_WIDTH
 from gonio.fitting.objective.options import ProblemOptions
@@ -68,9 +69,6 @@ class StackFit:
             raise ValueError(
                 f"--hold {name}={HALF_WIDTH} reads one scan, and a stack has many: hold {name} at a number"
             )
-        if self.problem.weighting == AUTO:
-            # `fit_many` takes no logarithms, and one choice has to hold for every scan of the stack
-            object.__setattr__(self, "problem", replace(self.problem, weighting="uniform"))
         for name in ("stack", "out"):
             object.__setattr__(self, name, Path(getattr(self, name)).absolute())
         refuse_overlap(self.out, [self.stack])
@@ -117,7 +115,9 @@ class Job:
         stack = open_stack(self.asked.stack)
         with _naming(self.asked.stack):
             scan = one_scan(stack, lane_dims(stack, self.asked.each))
-            return Problem(self.asked.model, scan, **self.asked.problem.given()), stack
+            # without the reason of a weighting, which says to `fit_many` that it may choose: it would for each block
+            options = replace(self.asked.problem, weighting_reason="")
+            return Problem(self.asked.model, scan, **options.given()), stack
 
 
 @contextmanager
@@ -201,6 +201,8 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
     if not blocks.lanes:
         empty = " and ".join(d for d in lanes if not opened.sizes[d])
         raise ValueError(f"{asked.stack} holds no scan: its {empty} is empty")
+    with _naming(asked.stack):
+        asked = _weighted(asked, opened, lanes)
     declared = _declared(asked, opened, blocks)
     job = Job(digest_of(declared), asked, blocks)
     manifest = Manifest(asked.out)
@@ -218,6 +220,15 @@ def prepare(asked: StackFit, force: bool = False) -> Run:
     # A mark of another run vouches for nothing here, however it came into this store.
     done = frozenset(record.block for record in manifest.records() if record.run == job.digest)
     return Run(job, done, {block: len(manifest.starts(block)) for block in manifest.begun() - done})
+
+
+def _weighted(asked: StackFit, opened: xr.Dataset, lanes: tuple[str, ...]) -> StackFit:
+    """The same with a weighting: where that is left to the scans, one for all of them, chosen once for all blocks."""
+    if asked.problem.weighting != AUTO:
+        return asked
+    weighting, floor, reason = choice_for(opened, lanes, asked.problem.noise_floor)
+    chosen = replace(asked.problem, weighting=weighting, noise_floor=floor, weighting_reason=reason)
+    return replace(asked, problem=chosen)
 
 
 def _declared(asked: StackFit, opened: xr.Dataset, blocks: BlockGrid) -> Any:
@@ -249,6 +260,7 @@ def _fresh(job: Job, stack: xr.Dataset, declared: Any, force: bool) -> Callable[
     problem, _ = job.prepared()
     empty = job.search()(problem, stack.isel(dict.fromkeys(job.blocks.dims, slice(0, 0))), **job.asked.settings)
     empty = empty.transpose(*job.blocks.dims, ...)
+    empty = empty.assign_attrs(weighting_reason=job.asked.problem.weighting_reason)
     coords = {n: c for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(job.blocks.dims)}
 
     def make() -> None:
@@ -303,6 +315,7 @@ def _fit_block(job: Job, block: int, manifest: Manifest) -> Record:
         run=job.digest,
         statuses=lane_store.statuses(result),
         worst=lane_store.worst(result, part, region),
+        undetermined=lane_store.undetermined(result),
     )
     _refuse_other_run(job, manifest)
     manifest.mark(record)

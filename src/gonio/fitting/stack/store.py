@@ -164,6 +164,15 @@ def statuses(result: xr.Dataset) -> dict[str, int]:
     return {names[v]: n for v, n in zip(values.tolist(), counts.tolist(), strict=True)}
 
 
+def undetermined(result: xr.Dataset) -> dict[str, int]:
+    """In how many lanes of a result each value has an infinite uncertainty, by its name, where there are such."""
+    if "uncertainty" not in result:
+        return {}
+    infinite = np.isinf(result["uncertainty"].transpose(..., "parameter").values)
+    counts = infinite.reshape(-1, infinite.shape[-1]).sum(axis=0).tolist()
+    return {str(name): n for name, n in zip(result["parameter"].values, counts, strict=True) if n}
+
+
 def failed(path: Path, blocks: BlockGrid, some: Iterable[int], most: int) -> list[dict[str, Any]]:
     """The first lanes of some blocks, `most` at most, whose search reached no minimum: `at` (by dimension), `status`.
 

@@ -2,10 +2,11 @@
 
 import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from gonio.options import Option, Panel, one_of
@@ -127,6 +128,20 @@ def drawn_on(page: Page) -> Iterator[Page]:
         yield page
     finally:
         _current.reset(token)
+
+
+def target_of(out: str, formats: Sequence[str]) -> tuple[Path, tuple[str, ...]]:
+    """Where a figure goes and in which formats: that of the suffix, or those given, as `.png`, without one.
+
+    A dot before a digit, as in `width-0.5`, begins no suffix. ValueError for a suffix of no format of figures.
+    """
+    path = Path(out)
+    if path.suffix.lower().removeprefix(".") in FORMATS:
+        return path.with_suffix(""), (path.suffix,)
+    if path.suffix[1:2].isalpha():
+        known = one_of(f".{name}" for name in FORMATS)
+        raise ValueError(f"{out}: figures are written as {known}, not {path.suffix}: choose one of these")
+    return path, tuple(formats)
 
 
 def points(own: float) -> float:

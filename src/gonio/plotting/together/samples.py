@@ -8,7 +8,7 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.plotting.page.sheet import side_by_side, stacked
-from gonio.plotting.panels import Curve, panel_curves
+from gonio.plotting.panels import Curve, by_origin, evenly, panel_curves
 from gonio.plotting.style import (
     COLOURS,
     DASHES,
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 Fits = Mapping[str, Predictor]
 MOST_PANELS = 6
 MOST_SAMPLES = len(COLOURS)
+CHANNELS = {"R": "#D55E00", "G": "#009E73", "B": "#0072B2"}  # red, green and blue that the colour-blind tell apart
+CROSS = {"marker": "x", "markersize": 3, "markeredgewidth": 0.8}
 DECADES = 8.0  # below the largest value: the axis ends there
 DECIMALS = 2  # of an incidence angle [deg] by which curves share a panel
 
@@ -46,8 +48,10 @@ def samples(
 ) -> "Figure":
     """One column for each incidence angle, with the dots of all samples and the lines of their fits.
 
-    `data` holds, by the name in the legend, a scan of one set of directions and its fits. A colour is a sample, and
-    every second has hollow dots; dashes are a model. Raises ValueError for more samples than there are colours, for
+    `data` holds, by the name in the legend, a scan of one set of directions and its fits. A colour is a sample, that
+    of their names for channels R, G and B, and every second has hollow dots; dashes are a model. Crosses are values
+    that were not measured: interpolated, or filled by a symmetry or a model.
+    Raises ValueError for more samples than there are colours, for
     values of different units, and where a sample holds no in-plane curve.
     """
     if len(data) > MOST_SAMPLES:
@@ -59,7 +63,7 @@ def samples(
     found = {name: panel_curves(scan, scan.sizes["direction"]) for name, (scan, _) in data.items()}
     every = sorted({round(curve.theta_i, DECIMALS) for curves, _ in found.values() for curve in curves})
     count = side_by_side(MOST_PANELS)
-    angles = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, min(count, len(every))).round().astype(int))]
+    angles = [every[k] for k in evenly(len(every), count)]
     notes = [note for note in dict.fromkeys(note for _, note in found.values()) if note]
     notes += [f"{len(angles)} of {len(every)} incidence angles"] * (len(angles) < len(every))
     with house_style():
@@ -82,6 +86,13 @@ def samples(
     return figure
 
 
+def _tints(names: Sequence[str]) -> list[Any]:
+    """A colour for each sample; channels have those of their names, if all have such a name."""
+    channels = [CHANNELS.get(name.rpartition("channel ")[2], "") for name in names]
+    are_channels = all(channels) and len(set(channels)) == len(names)
+    return channels if are_channels else [colour(k) for k in range(len(names))]
+
+
 def _is_at(curve: Curve, theta_i: float) -> bool:
     return round(curve.theta_i, DECIMALS) == theta_i
 
@@ -97,12 +108,17 @@ def _panel(
     """Draws the curves at one incidence angle; the artists by their label."""
     drawn: dict[str, Any] = {}
     order, models = list(data), sorted({model for _, fits in data.values() for model in fits})
+    tints = _tints(order)
     for name, curve in here.items():
         k = order.index(name)
-        style = MEASURED | {"color": colour(k)} | (HOLLOW | {"markersize": 3} if k % 2 else {})
-        (drawn[name],) = ax.plot(curve.theta_r, curve.measured, **style, label=as_label(name), zorder=1)
+        style = MEASURED | {"color": tints[k]} | (HOLLOW | {"markersize": 3} if k % 2 else {})
+        for kind, rows in by_origin(curve.points, "measured").items():
+            label = name if kind == "measured" else f"{name}, {kind}"
+            cross = {} if kind == "measured" else CROSS
+            at = (curve.theta_r[rows], curve.measured[rows])
+            (drawn[label],) = ax.plot(*at, **style | cross, label=as_label(label), zorder=1)
         for model, predictor in data[name][1].items():
-            line = {"color": colour(k), "linestyle": DASHES[models.index(model) % len(DASHES)], "linewidth": 1.2}
+            line = {"color": tints[k], "linestyle": DASHES[models.index(model) % len(DASHES)], "linewidth": 1.2}
             label = f"{name}, {model}"
             (drawn[label],) = ax.plot(curve.fine_theta_r, predictor(curve.fine), **line, label=as_label(label))
     measured = np.concatenate([curve.measured for curve in here.values()])

@@ -1,0 +1,137 @@
+"""Blocks into HTML by templates that escape everything; and the report written to a file."""
+
+import functools
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gonio.files import replacing
+from gonio.fitting.solution import Solution
+from gonio.outside import printable
+from gonio.reporting import checks, circumstances, fitted, measurement
+from gonio.reporting.blocks import Cell, Facts, Section, count, data, percent
+from gonio.reporting.case import Case
+from gonio.results.content import HEADS, content, scan_name
+from gonio.results.text import as_text
+
+SUFFIXES = (".html", ".md", ".txt")
+
+
+@functools.cache
+def _templates() -> Any:
+    """The templates of this package; what is not printable becomes an escape sequence, and all else is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    def harmless(value: Any) -> Any:
+        return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+    options: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+    found = Environment(loader=PackageLoader("gonio.reporting"), autoescape=True, finalize=harmless, **options)
+    found.filters["markup"] = Markup
+    return found
+
+
+def as_html(solution: Solution) -> str:
+    """What `print(solution)` says as one element of well-formed HTML, for a notebook."""
+    text: str = _templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)))
+    return "".join(line.strip() for line in text.splitlines())
+
+
+def page(case: Case) -> str:
+    """The report as one page without scripts, whose data stand in it as JSON too."""
+    told = sections(case)
+    text: str = (
+        _templates()
+        .get_template("page.html")
+        .render(
+            title=title(case),
+            subject="on simulated values" if "simulated" in case.scan.attrs else "of a measurement of scattered light",
+            date=case.known.date,
+            verdict=verdict(case),
+            grade=case.solution.answer.get("verdict", {}).get("grade", ""),
+            summary=_summary(case),
+            sections=told,
+            record=_in_a_script(record(case, told)),
+        )
+    )
+    return text
+
+
+def title(case: Case) -> str:
+    """What the report is about."""
+    return f"{case.model} fitted to {scan_name(case.solution)}"
+
+
+def verdict(case: Case) -> str:
+    """How well the model describes the scan, in a sentence; of a fit without an answer how its search ended."""
+    found = case.solution.answer.get("verdict", {})
+    return str(found.get("words", "")) or f"{case.model} was fitted: {case.solution.status}"
+
+
+def _summary(case: Case) -> Facts:
+    """The numbers that a reader looks for first."""
+    attrs, found = case.solution.dataset.attrs, case.solution.answer.get("verdict", {})
+    rows = [("model", Cell(case.model)), ("points", count(attrs["points"]))]
+    for key, label in (
+        ("typical_error", "typical error"),
+        ("left_out_error", "error where not fitted"),
+        ("scatter", "scatter of the scan"),
+    ):
+        if found.get(key) is not None:
+            rows.append((label, percent(found[key], 2)))
+    return Facts(rows)
+
+
+def sections(case: Case) -> Sequence[Section]:
+    """The sections in their order."""
+    before, missing = circumstances.sections(case)
+    return [
+        *before,
+        measurement.results(case),
+        measurement.uncertainty(case),
+        fitted.section(case),
+        checks.plausibility(case),
+        checks.software(case),
+        checks.warnings(case),
+        checks.citation(case),
+        missing,
+    ]
+
+
+def record(case: Case, told: Sequence[Section]) -> Mapping[str, Any]:
+    """The same for programs."""
+    first = {"title": printable(title(case)), "verdict": printable(verdict(case)), "summary": _summary(case).data()}
+    return first | dict(data(told))
+
+
+def _in_a_script(record: Mapping[str, Any]) -> Any:
+    """JSON that ends no element and begins none, whatever the names in it."""
+    from markupsafe import Markup
+
+    text = json.dumps(record, ensure_ascii=True, allow_nan=False, indent=1)
+    for character in "<>&":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return Markup(text)
+
+
+def refuse_other_suffix(path: Path) -> None:
+    """ValueError for a file whose suffix names no form of a report."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"{path}: a report is written as .html, .md or .txt: choose one of these")
+
+
+def write(case: Case, path: Path, force: bool) -> Path:
+    """The report in the form that the suffix names; ValueError for another, FileExistsError without `force`."""
+    suffix = path.suffix.lower()
+    refuse_other_suffix(path)
+    if suffix == ".html":
+        text = page(case)
+    else:
+        # indented, all of it is a block of code: nothing in a name is taken as markup
+        lines = as_text(case.solution).splitlines()
+        text = "\n".join(f"    {line}".rstrip() if suffix == ".md" else line for line in lines) + "\n"
+    with replacing(path, force) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path

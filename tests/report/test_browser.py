@@ -1,0 +1,87 @@
+"""The page as a reader sees it: on a telephone, on a screen and printed."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from browser import browser
+from report.conftest import KINDS
+
+A4 = 297.0  # mm
+MARGINS = 34.0  # mm, above and below together
+MM = 96 / 25.4  # pixels
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def shown(chromium, pages):
+    """A page of a kind at a width; what it asked for and complained of must be nothing at the end."""
+    wrong, tabs = [], []
+
+    def show(kind, width):
+        tab = chromium.new_page(viewport={"width": width, "height": 900})
+        tabs.append(tab)
+        address = pages[kind].as_uri()
+        tab.on("console", lambda message: wrong.append(message.text))
+        tab.on("pageerror", lambda error: wrong.append(str(error)))
+        tab.on("request", lambda asked: None if asked.url.startswith((address, "data:")) else wrong.append(asked.url))
+        tab.goto(address)
+        return tab
+
+    yield show
+    for tab in tabs:
+        tab.close()
+    assert wrong == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("width", [360, 1280])
+def test_nothing_is_wider_than_the_screen(shown, kind, width):
+    tab = shown(kind, width)
+    tab.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+    assert tab.evaluate("document.scrollingElement.scrollWidth") <= width
+    beyond = "e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest('svg, thead')"
+    assert tab.evaluate(f"Array.from(document.querySelectorAll('main *')).filter({beyond}).length") == 0
+    assert tab.title()
+
+
+@pytest.mark.parametrize("kind", ["coating", "hemisphere"])
+def test_text_in_figures_can_be_read_on_a_telephone(shown, kind):
+    """At least 8 pixels, of which a telephone shows two or three to a point of the page."""
+    tab = shown(kind, 360)
+    heights = tab.evaluate(
+        "Array.from(document.querySelectorAll('figure svg')).map(s => {"
+        " const scale = s.getBoundingClientRect().width / s.viewBox.baseVal.width;"
+        " const sizes = Array.from(s.querySelectorAll('text')).map(t => parseFloat(getComputedStyle(t).fontSize));"
+        " return scale * Math.min(...sizes)})"
+    )
+    assert heights
+    assert min(heights) >= 8
+
+
+@pytest.mark.parametrize("kind", ["coating", "spectral", "hemisphere", "two values"])
+def test_it_is_printed_whole(shown, kind, tmp_path):
+    tab = shown(kind, 1280)
+    pdf = tmp_path / "page.pdf"
+    tab.pdf(path=pdf, prefer_css_page_size=True)
+    tab.emulate_media(media="print")
+    tab.set_viewport_size({"width": int(180 * MM), "height": int((A4 - MARGINS) * MM)})  # as wide as the text of a page
+    assert tab.evaluate("document.scrollingElement.scrollWidth") <= int(180 * MM)
+    figures = tab.evaluate("Array.from(document.querySelectorAll('figure')).map(f => f.getBoundingClientRect().height)")
+    assert 0 < max(figures) < (A4 - MARGINS) * MM  # which the style keeps on one page
+    kept = "Array.from(document.querySelectorAll('figure')).map(f => getComputedStyle(f).breakInside)"
+    assert set(tab.evaluate(kept)) == {"avoid"}
+    folded = (
+        "Array.from(document.querySelectorAll('details > :not(summary)')).map(e => e.getBoundingClientRect().height)"
+    )
+    assert 0 not in tab.evaluate(folded)
+    if shutil.which("pdftotext"):
+        text = subprocess.run(["pdftotext", "-layout", pdf, "-"], capture_output=True, check=True, text=True).stdout
+        assert "Not stated" in text
+        assert text.count("\f") <= 20

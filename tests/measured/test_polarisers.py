@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import Problem, catalogue, compare, fit, simulate
+from gonio import Problem, catalogue, compare, fit, fit_many, simulate
 from gonio.measured.dataset import make_scan
 from gonio.measured.instrument import Instrument
 from gonio.measured.polarisers import analysed, states, unpolarised
@@ -139,3 +139,13 @@ def test_all_models_of_a_ranking_see_the_same_points():
     rows = compare(readings(["s", "p"], noise=0.02), [MODEL, catalogue["ggx"]])
     counts = [row.solution.scan.sizes["direction"] for row in rows]
     assert counts == [len(THETA_I) * len(THETA_R)] * 2
+
+
+def test_many_scans_refuse_polarisers_that_are_no_lanes():
+    pytest.importorskip("jax", reason="the extra `batch` is not installed")
+    scan = readings(["s", "p"])
+    stack = xr.concat([scan, scan], dim="sample", coords="minimal", compat="override")
+    with pytest.raises(ValueError, match="readings through polarisers are for fits of one scan"):
+        fit_many(Problem(MODEL, scan), stack)
+    with pytest.raises(ValueError, match="readings through polarisers are for fits of one scan"):
+        fit_many(Problem(catalogue["lambert"], scan), stack)

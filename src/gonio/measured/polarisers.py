@@ -65,7 +65,7 @@ def _stokes(word: str, label: str) -> tuple[float, ...]:
 
 
 def is_polarised(points: xr.Dataset) -> bool:
-    """Whether a flat scan says how its light was polarised, otherwise than not at all."""
+    """Whether a scan says how its light was polarised, otherwise than not at all."""
     if POLARISATION not in points.coords:
         return False
     return any(states(label) != ("u", "u") for label in distinct(points[POLARISATION].values.astype(str))[0].tolist())
@@ -75,7 +75,7 @@ def analysed(points: xr.Dataset) -> Values | None:
     """The weight (points, 4, 4) of each element of a Mueller matrix in a reading; None where no light is polarised."""
     if not is_polarised(points):
         return None
-    labels, place = distinct(points[POLARISATION].values.astype(str))
+    labels, place = distinct(np.broadcast_to(points[POLARISATION].values.astype(str), points.sizes["direction"]))
     weights = []
     for label in labels.tolist():
         incident, detected = (np.array(_stokes(word, label)) for word in states(label))
@@ -94,7 +94,7 @@ def unpolarised(scan: xr.Dataset) -> xr.Dataset:
     points = dataset.points(scan)
     if not is_polarised(points):
         return scan
-    labels, place = distinct(points[POLARISATION].values.astype(str))
+    labels, place = distinct(np.broadcast_to(points[POLARISATION].values.astype(str), points.sizes["direction"]))
     pairs = [">".join(states(label)) for label in labels.tolist()]
     recipe = next((mean for mean in MEANS if set(mean) <= set(pairs)), None)
     if recipe is None:

@@ -9,9 +9,9 @@ from gonio import catalogue, read
 from gonio.measured import dataset
 from gonio.measured.coordinates import grid
 from gonio.measured.dataset import flatten, make_scan
-from gonio.measured.solid_angle import solid_angles
 from gonio.resampling.difference import difference
 from gonio.resampling.resample import Filling, resample
+from gonio.resampling.solid_angle import solid_angles
 
 GGX = {"rho_s": 0.8, "rho_d": 0.3, "width": 0.4, "index": 1.5, "extinction": 0.0}
 

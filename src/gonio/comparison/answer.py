@@ -36,6 +36,7 @@ from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Progress, Solver, silent
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
+from gonio.measured.polarisers import unpolarised
 from gonio.model import Model
 from gonio.processes import crew
 
@@ -118,6 +119,8 @@ def answer(
     """The best of some models, or of the whole catalogue, for a scan; `options` are those of ProblemOptions."""
     asked, watch = asked or Asked(), watch or Watch()
     models = list(models or everything())
+    if not all(model.polarised for model in models):
+        scan = unpolarised(scan)
     scan, contradicted = (scan, []) if asked.keep_all else consistent(scan)
     settings = settled(scan, options)
     is_race = asked.race and len(models) > 1

@@ -17,6 +17,7 @@ from gonio.fitting.objective.from_scan import answered
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Progress, Solver, silent
+from gonio.measured.polarisers import unpolarised
 from gonio.model import Model
 from gonio.options import options_of
 from gonio.processes import results
@@ -96,7 +97,12 @@ def settled(scan: xr.Dataset, options: Mapping[str, Any]) -> ProblemOptions:
 
 
 def problems_of(scan: xr.Dataset, models: Sequence[Model], options: ProblemOptions) -> list[Problem]:
-    """The problem of each model, with the options that concern it."""
+    """The problem of each model, with the options that concern it.
+
+    All are judged at the same points: where a model knows no polarisation, of unpolarised light for every one.
+    """
+    if not all(model.polarised for model in models):
+        scan = unpolarised(scan)
     return [Problem(model, scan, **for_model(model, models, options)) for model in models]
 
 

@@ -18,8 +18,11 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from gonio.geometry import GRAZING, Geometry
+from gonio.measured import dataset
+from gonio.measured.polarisers import analysed
 from gonio.model import Model
 from gonio.optics.quadrature import gauss_legendre
 from gonio.options import Option, Panel
@@ -112,8 +115,11 @@ class Acceptance:
     Raises ValueError where a direction lies on the horizon, because the reduction then divides by zero.
     """
 
-    def __init__(self, instrument: Instrument, geometry: Geometry) -> None:
+    def __init__(self, instrument: Instrument, geometry: Geometry, analysed: Values | None = None) -> None:
         self._centre = geometry
+        self._analysed = (
+            analysed  # (points, 4, 4): what each reading takes of a Mueller matrix; None: of the BRDF alone
+        )
         self._blocks: list[tuple[Geometry, Values]] = []
         if not instrument:
             return
@@ -128,19 +134,41 @@ class Acceptance:
             cosines = np.maximum(seen.z_i, 0) * np.maximum(seen.z_r, 0) / (geometry.z_i * geometry.z_r)
             self._blocks.append((seen, (source[1][i] * detector[1][r])[:, None] * cosines))
 
+    @classmethod
+    def of(cls, instrument: Instrument, points: xr.Dataset) -> "Acceptance":
+        """Of the directions of a flat scan, seen through the polarisers that it names."""
+        return cls(instrument, dataset.geometry(points), analysed(points))
+
     def basis(self, model: Model, shape: Mapping[str, Any]) -> dict[str, Values]:
         """Every term by weight as the instrument reads it, for shape parameters as `Model.basis` takes them."""
         if not self._blocks:
-            return model.basis(self._centre, shape)
-        found = [(model.basis(seen, _beside_nodes(shape)), weights) for seen, weights in self._blocks]
+            return self._terms(model, self._centre, shape)
+        found = [(self._terms(model, seen, _beside_nodes(shape)), weights) for seen, weights in self._blocks]
         return {name: np.sum([_mean(basis[name], weights) for basis, weights in found], axis=0) for name in model.terms}
+
+    def _terms(self, model: Model, directions: Geometry, shape: Mapping[str, Any]) -> dict[str, Values]:
+        """Every term by weight: of a Mueller model what the polarisers let through, else the BRDF."""
+        if self._analysed is None or not model.polarised:
+            return model.basis(directions, shape)
+        matrices = model.mueller_basis(directions, shape)
+        return {name: self._seen(matrix) for name, matrix in matrices.items()}
+
+    def _seen(self, matrix: Any) -> Values:
+        assert self._analysed is not None  # asked by both that call
+        seen: Values = np.einsum("...nij,nij->...n", matrix, self._analysed)
+        return seen
 
     def brdf(self, model: Model, values: Mapping[str, Any]) -> Values:
         """The BRDF as the instrument reads it, for weights and shape parameters as a Model takes them."""
         if not self._blocks:
-            return model(self._centre, values)
-        found = [_mean(model(seen, _beside_nodes(values)), weights) for seen, weights in self._blocks]
+            return self._brdf(model, self._centre, values)
+        found = [_mean(self._brdf(model, seen, _beside_nodes(values)), weights) for seen, weights in self._blocks]
         return np.sum(found, axis=0)
+
+    def _brdf(self, model: Model, directions: Geometry, values: Mapping[str, Any]) -> Values:
+        if self._analysed is None or not model.polarised:
+            return model(directions, values)
+        return self._seen(model.mueller(directions, values))
 
 
 def _beside_nodes(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.measured.dataset import ABSOLUTE, geometry, make_scan
+from gonio.measured.dataset import ABSOLUTE, make_scan
 from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.measured.masking import mask
 from gonio.model import Model
@@ -71,7 +71,7 @@ def simulate(
         name: np.array([value[angle] for angle in incidence]) if isinstance(value, Mapping) else value
         for name, value in values.items()
     }
-    true = np.asarray(Acceptance(instrument.finer(), geometry(scan)).brdf(model, at_points))
+    true = np.asarray(Acceptance.of(instrument.finer(), scan).brdf(model, at_points))
     spread = np.sqrt((noise * true) ** 2 + offset_noise**2)
     measured = true + spread * np.random.default_rng(seed).standard_normal(true.shape)
     scan["brdf"].values[:] = measured

@@ -21,8 +21,8 @@ import xarray as xr
 
 from gonio.measured import dataset
 from gonio.measured.dataset import ANGLES, DIRECTIONS, SETS
-from gonio.measured.solid_angle import solid_angles
 from gonio.resampling.resample import MEASURED, Filling, is_on, resample
+from gonio.resampling.solid_angle import solid_angles
 from gonio.resampling.sources import sets_of
 
 Values = npt.NDArray[np.float64]

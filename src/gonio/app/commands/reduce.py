@@ -15,6 +15,7 @@ from gonio.app.output import show
 from gonio.app.views import reduction as views
 from gonio.measured.dataset import flatten, signed_theta_r
 from gonio.options import Option, Panel
+from gonio.plotting.page import target_of
 from gonio.raw import read_readings, reader_of
 from gonio.reduction.budget import budget
 from gonio.reduction.causes import CAUSES
@@ -180,7 +181,7 @@ class BudgetOptions(OutputOptions):
     def refuse_unknown(self) -> None:
         """ValueError for a suffix that nothing is written as, before anything is."""
         if self.figure:
-            arguments.figure_target(self.figure, (".png",))
+            target_of(self.figure, (".png",))
         if self.report and Path(self.report).suffix.lower() != ".html":
             raise ValueError(
                 f"{self.report}: a report of a reduction is written as .html; --figure writes .pdf, .png, .svg"
@@ -193,7 +194,7 @@ class BudgetOptions(OutputOptions):
             from gonio.plotting.budget.figure import budget_figure
             from gonio.plotting.style import save
 
-            target, suffixes = arguments.figure_target(self.figure, (".png",))
+            target, suffixes = target_of(self.figure, (".png",))
             drawn = budget_figure(budget(scan), title="uncertainty budget")
             written += save(drawn, target, suffixes, self.force)
         if self.report:

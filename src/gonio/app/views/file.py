@@ -56,6 +56,7 @@ def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
         "phi_i": _distinct(scan, "phi_i"),
         "wavelengths": _distinct(scan, "wavelength"),
         "channels": _distinct(scan, "channel"),
+        "polarisation": _distinct(scan, "polarisation"),
         "symmetry": _symmetry(scan, in_plane),
         "uncertainty": bool(stated),
         "uncertainty_stated": stated,
@@ -201,7 +202,7 @@ def _facts(record: dict[str, Any]) -> Any:
     facts.add_row("theta_r", f"{low:g} to {high:g} deg")
     if record["phi_i"]:
         facts.add_row("surface turned to", listed(record["phi_i"], "deg"))
-    for name, unit in (("wavelengths", "nm"), ("channels", "")):
+    for name, unit in (("wavelengths", "nm"), ("channels", ""), ("polarisation", "")):
         if record[name]:
             facts.add_row(name, listed(record[name], unit))
     if record["reflectance"]:

@@ -32,6 +32,7 @@ from gonio.fitting.search.anneal import Anneal
 from gonio.fitting.search.projection import FOR_MANY, Projection
 from gonio.fitting.search.solver import Progress, silent
 from gonio.measured.causes import SYSTEMATIC, TOTAL
+from gonio.measured.polarisers import POLARISATION, is_polarised
 from gonio.measured.stack import NODE, NOT_COUNTED, StackLanes, lane_dims, one_scan
 
 Values = npt.NDArray[Any]
@@ -94,6 +95,7 @@ def fit_many(
     started = time.perf_counter()
     dims = _lanes_of(problem, stack)
     _refuse(problem, covariance, precision)
+    _refuse_polarised(problem, stack)
     problem = _weighted_for_all(problem, stack, dims)
     jax = _jax_or_remedy()
     # The problem gets a scan of ones in place of its own. Its points are then all directions of the stack, also those
@@ -184,6 +186,17 @@ def _weighted_for_all(problem: Problem, stack: xr.Dataset, dims: tuple[str, ...]
     # Its own scan may not allow this weighting; ones do, and only the directions of that scan are used.
     scan = one_scan(stack, dims) if all(stack.sizes[d] for d in dims) else problem.data
     return replace(problem, data=scan, weighting=weighting, noise_floor=floor, weighting_reason=reason)
+
+
+def _refuse_polarised(problem: Problem, stack: xr.Dataset) -> None:
+    """ValueError for readings through polarisers that are no lanes of a model without polarisation."""
+    if POLARISATION in stack.coords and is_polarised(stack):
+        of_scan = set(problem.data["brdf"].dims) & set(stack[POLARISATION].dims)
+        if problem.model.polarised or of_scan:
+            raise ValueError(
+                "readings through polarisers are for fits of one scan, and these are many: fit one by one, or take the "
+                "mean of each scan first (gonio.measured.polarisers.unpolarised)"
+            )
 
 
 def _refuse(problem: Problem, covariance: str, precision: str) -> None:

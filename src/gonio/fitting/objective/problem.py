@@ -40,6 +40,7 @@ from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.measured.instrument import Acceptance
+from gonio.measured.polarisers import analysed, unpolarised
 from gonio.measured.sound import IN_RANGE, beyond_arithmetic
 from gonio.measured.stack import foreign_dims
 from gonio.model import Model
@@ -71,6 +72,8 @@ class Problem(ProblemOptions):
     def __post_init__(self) -> None:
         super().__post_init__()
         dataset.unit(self.data)
+        if not self.model.polarised and not foreign_dims(self.data):
+            object.__setattr__(self, "data", unpolarised(self.data))
         self._refuse_no_scan()
         for name, value in answered(self, self.data).items():
             object.__setattr__(self, name, value)
@@ -122,7 +125,7 @@ class Problem(ProblemOptions):
     @functools.cached_property
     def acceptance(self) -> Acceptance:
         """The directions that source and detector take in at every point; an ideal instrument takes in one each."""
-        return Acceptance(self.instrument, self.geometry)
+        return Acceptance(self.instrument, self.geometry, analysed(self.points))
 
     @functools.cached_property
     def measured(self) -> Values:

@@ -1,5 +1,6 @@
 """A cursor over a binary file: it checks every size against the file before it reads or allocates."""
 
+import hashlib
 import math
 import mmap
 from collections.abc import Iterator
@@ -62,3 +63,14 @@ class Bytes:
             return raw.decode("utf-8")
         except UnicodeDecodeError as error:
             raise self.wrong(f"{expected} is no UTF-8 text", start + error.start) from error
+
+
+def sha256(path: Path) -> str:
+    """The SHA-256 of a file in hexadecimal, by which a report names exactly the bytes that were read.
+
+    Empty for a folder, such as a Zarr store, which has none of its own.
+    """
+    if not path.is_file():
+        return ""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

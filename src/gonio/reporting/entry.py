@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.comparison.answer import fit
-from gonio.door.digest import sha256
+from gonio.door.binary import sha256
 from gonio.files import refuse_existing
 from gonio.fitting.solution import Solution
 from gonio.measured.dataset import points, unit

@@ -1,9 +1,9 @@
 """`gonio plan next`: the directions to measure next, so that wanted values of a fit become surer or models differ."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from gonio.app import arguments, names
 from gonio.app.help_page import Example
@@ -79,32 +79,39 @@ def command(
     Readings are chosen that make the wanted values of a fit surest beside those of the scan, or that tell its model
     from a rival, with the standard uncertainties that they are expected to bring.
     """
-    from gonio.app.views import planned
-    from gonio.design import Cost, Noise, next_readings
-    from gonio.design.tell_apart import tell_apart
+    from gonio.app.views.measuring import next_readings as view
 
     if out is not None and out.suffix.lower() not in (".csv", ".toml"):
         raise ValueError(f"{out}: directions are written as .csv, a plan for gonio measure as .toml: name the file so")
     if plan.rival and (plan.want or plan.cost):
         raise ValueError("--rival tells models apart: leave out --want and --cost, which are about values")
-    noise = Noise.parsed(plan.noise) if plan.noise else None
     fitted = _fitted(data.read(scan), problem, model, solution)
     directions, nearest = _reachable(fitted, plan, data.blocked)
+    chosen, record, lines = _chosen(fitted, plan, directions, scan.name)
+    if out is not None:
+        view.write(chosen, out, output.force, nearest)
+    output.show(record, [*lines, *view.blocked_lines(nearest)])
+    if out is not None and output.json != "-":
+        show(f"wrote {out}")
+
+
+def _chosen(
+    fitted: "Solution", plan: NextOptions, directions: "xr.Dataset", scan: str
+) -> "tuple[xr.Dataset, dict[str, Any], Iterable[Any]]":
+    """The readings to take, as directions, as plain data and as lines for people."""
+    from gonio.app.views.measuring import next_readings as view
+    from gonio.design import Cost, Noise, next_readings
+    from gonio.design.tell_apart import tell_apart
+
+    noise = Noise.parsed(plan.noise) if plan.noise else None
     with progress_bar("choosing readings"):
         if plan.rival:
             rivals = chosen_models(plan.rival)
             apart = tell_apart(fitted, rivals, directions, plan.points, noise=noise, repeats=plan.repeats)
-            chosen, record, lines = apart.directions, planned.apart_record(apart), planned.apart_lines(apart, fitted)
-        else:
-            cost = Cost.given(plan.cost) if plan.cost else None
-            want = arguments.listed(plan.want)
-            found = next_readings(fitted, directions, plan.points, want, noise=noise, cost=cost, repeats=plan.repeats)
-            chosen, record, lines = found.directions, planned.record(found), planned.lines(found, fitted, scan.name)
-    if out is not None:
-        planned.write(chosen, out, output.force, nearest)
-    output.show(record, [*lines, *planned.blocked_lines(nearest)])
-    if out is not None and output.json != "-":
-        show(f"wrote {out}")
+            return apart.directions, view.apart_record(apart), view.apart_lines(apart, fitted)
+        cost, want = Cost.given(plan.cost) if plan.cost else None, arguments.listed(plan.want)
+        found = next_readings(fitted, directions, plan.points, want, noise=noise, cost=cost, repeats=plan.repeats)
+        return found.directions, view.record(found), view.lines(found, fitted, scan)
 
 
 def _fitted(data: "xr.Dataset", problem: ProblemOptions, model: str, solution: Path | None) -> "Solution":

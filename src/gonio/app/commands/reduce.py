@@ -12,7 +12,7 @@ from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions, Scans, To
 from gonio.app.output import show
-from gonio.app.views import reduction as views
+from gonio.app.views.measuring import reduced as views
 from gonio.measured.dataset import flatten, signed_theta_r
 from gonio.options import Option, Panel
 from gonio.plotting.page import target_of

@@ -1,12 +1,10 @@
 """A model and a scan become two functions of numbers alone, `design` and `residual`; a solver sees nothing else.
 
 A model is f = sum_k w_k t_k(shape), with weights w and terms t. At the points of a scan, for one shape, that is a
-matrix times the weights, the `design`. A fit makes the relative weighted squared error least (guo2023, eq 11):
-
-    E = sum g (f - m)^2 / sum g m^2,
-
-with m the measured values and g = g1(theta_i) g2(theta_r) their weights. With r = sqrt(g) (f - m), the `residual`, E is
-the squared length of r over `scale`. For logarithmic weighting r = sqrt(g) (ln f - ln m), and `scale` is sum g.
+matrix times the weights, the `design`. A fit makes the relative weighted squared error least (guo2023, eq 11),
+E = sum g (f - m)^2 / sum g m^2, with m the measured values
+and g = g1(theta_i) g2(theta_r) their weights. With r = sqrt(g) (f - m), the `residual`, E is the squared length of r
+over `scale`. For logarithmic weighting r = sqrt(g) (ln f - ln m), and `scale` is sum g.
 
 A vector (n,) holds the free weights, then the free shape values, in the order of `names`. This file does not minimise
 E: in `fitting.search` variable projection (golub1973) uses `design`, and searches of all values use `residual`.
@@ -60,9 +58,8 @@ class Problem(ProblemOptions):
     The options are those of ProblemOptions, by keyword. Those that are read from the scan, a half width or the optical
     constants of a material, are numbers once the Problem is made. A model's `wavelength` is held at that of the scan,
     where the scan has one, unless it is held, grouped, bounded or smooth.
-    Problems are immutable and compared by identity; `dataclasses.replace` makes a changed one.
-    Raises ValueError for a name that the model does not have, for a scan without values, or for a weighting that the
-    scan does not allow.
+    Problems are immutable and compared by identity; `dataclasses.replace` makes a changed one. Raises ValueError for a
+    name that the model does not have, a scan without values, or a weighting that the scan does not allow.
     """
 
     model: Model
@@ -82,9 +79,10 @@ class Problem(ProblemOptions):
             raise ValueError("every parameter is held: nothing is left to fit")
         if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
             raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = self.root_weights  # this and the acceptance refuse what they cannot take, and should do so before a search
-        if self.instrument:
-            _ = self.acceptance
+        _ = (
+            self.root_weights,
+            self.instrument and self.acceptance,
+        )  # which refuse what they cannot take, before a search
 
     def __repr__(self) -> str:
         return described(self.model, self.entries, dataset.unit(self.data), self.weighting)

@@ -15,7 +15,17 @@ ROOT = DOCS.parent
 PAGES = {"CHANGELOG.md": "changes", "CONTRIBUTING.md": "contributing", "README.md": "index"}
 TEXTS = {"changes": "CHANGELOG.md", "contributing": "CONTRIBUTING.md"}
 BELOW = {
-    "howto/index": ("howto/*.md", "tables.md", "figures.md", "measuring.md", "reduction.md", "where-to-measure.md", "many.md", "adding-a-model.md", "faq.md"),
+    "howto/index": (
+        "howto/*.md",
+        "tables.md",
+        "figures.md",
+        "measuring.md",
+        "reduction.md",
+        "where-to-measure.md",
+        "many.md",
+        "adding-a-model.md",
+        "faq.md",
+    ),
     "models/index": ("models/*.md",),
 }
 

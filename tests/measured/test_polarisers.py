@@ -101,6 +101,13 @@ def test_a_scalar_model_is_shown_the_mean_which_is_said():
     )
 
 
+def test_a_systematic_cause_shifts_the_mean_as_it_shifts_each():
+    scan = readings(["s", "p"])
+    scan["uncertainty_systematic"] = ("direction", 0.01 * scan["brdf"].values, {"units": "sr-1"})
+    mean = unpolarised(scan)
+    np.testing.assert_allclose(mean["uncertainty_systematic"], 0.01 * mean["brdf"], rtol=1e-12)
+
+
 def test_one_state_alone_is_taken_as_it_is_and_said_once():
     scan = readings(["s"])
     line = "polarisation s alone: taken as if the light were unpolarised"

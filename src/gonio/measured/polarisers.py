@@ -16,6 +16,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured import dataset
+from gonio.measured.causes import causes, with_causes
 from gonio.measured.distinct import distinct, distinct_rows
 
 Values = npt.NDArray[np.float64]
@@ -88,8 +89,9 @@ def unpolarised(scan: xr.Dataset) -> xr.Dataset:
     """The readings that unpolarised light would give, for what knows no polarisation; the history says how they came.
 
     Readings in s and p at one direction are averaged, those through analysers added, as MEANS says. Directions that
-    lack one of them are left out. Random uncertainties add in squares, systematic ones as they are. A scan without
-    polarised light is returned as it is; one that lacks a state throughout keeps its values, which the history says.
+    lack one of them are left out. Random uncertainties add in squares, shifts by a systematic cause with their signs.
+    A scan without polarised light is returned as it is; one that lacks a state throughout keeps its values, which the
+    history says.
     """
     points = dataset.points(scan)
     if not is_polarised(points):
@@ -118,19 +120,20 @@ def _combined(
     counts = {pair: np.bincount(at[pairs == pair], minlength=len(first)) for pair in recipe}
     whole = np.flatnonzero(np.all([count > 0 for count in counts.values()], axis=0))
 
-    def mean(name: str, squares: bool) -> Values:
+    def mean(column: Values, squares: bool = False) -> Values:
         total = np.zeros(len(whole))
         for pair, factor in recipe.items():
             chosen, count = pairs == pair, counts[pair][whole]
-            values = points[name].values[chosen]
+            values = column[chosen]
             sums = np.bincount(at[chosen], values**2 if squares else values, minlength=len(first))[whole]
             total += factor**2 * sums / count**2 if squares else factor * sums / count
         return np.sqrt(total) if squares else total
 
-    out = points.isel(direction=first[whole])
-    columns = {n: n == "uncertainty" for n in ("brdf", "uncertainty", "uncertainty_systematic") if n in points}
-    kept = out[list(columns)].drop_vars(POLARISATION)
-    kept = kept.assign({n: ("direction", mean(n, squares), points[n].attrs) for n, squares in columns.items()})
+    columns = [n for n in ("brdf", "uncertainty") if n in points]
+    kept = points[columns].isel(direction=first[whole]).drop_vars(POLARISATION)
+    means = {n: mean(points[n].values, squares=n == "uncertainty") for n in columns}
+    kept = kept.assign({n: ("direction", values, points[n].attrs) for n, values in means.items()})
+    kept = with_causes(kept, {name: mean(shifts) for name, shifts in causes(points).items()})
     words = ", ".join(pair.removesuffix(">u") for pair in recipe)
     line = f"{words} combined to unpolarised light at {len(whole)} directions"
     if lacking := len(first) - len(whole):

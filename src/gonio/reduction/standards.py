@@ -2,7 +2,9 @@
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,10 @@ _CERTIFICATE = re.compile(r"([^:@]+):([\w/-]+)@\s*([-+\d.eE]+)\s*,\s*([-+\d.eE]+
 
 
 ONE = Known(1.0)
+
+
+# What a file of readings may state of the set-up, by the attribute of its Dataset.
+STATED = {"radius": "aperture_radius", "distance": "distance", "tau": "filter_transmittance"}
 
 
 @dataclass(frozen=True)
@@ -41,17 +47,25 @@ class Absolute:
                 raise ValueError(f"--absolute {name} is {known.value:g}: give a number above zero")
 
     @classmethod
-    def parsed(cls, text: str) -> "Absolute":
-        """`radius=4.75+-0.005,distance=500+-0.5,tau=1e-3+-1e-5`; ValueError for anything else."""
+    def parsed(cls, text: str, stated: Mapping[str, Any] = MappingProxyType({})) -> "Absolute":
+        """`radius=4.75+-0.005,distance=500+-0.5,tau=1e-3+-1e-5`; ValueError for anything else.
+
+        stated: what the file of the readings says of itself (STATED): it stands for what is not named, and the word
+        `stated` alone names nothing.
+        """
         names = ("radius", "distance", "tau", "incident", "share")
         found: dict[str, Any] = {}
-        for part in (p for p in text.split(",") if p.strip()):
+        for part in (p for p in text.split(",") if p.strip() and p.strip() != "stated"):
             name, _, value = (piece.strip() for piece in part.partition("="))
             if name not in names or name in found:
                 raise ValueError(
                     f"--absolute {part.strip()!r}: give each of {', '.join(names)} once at most, NAME=VALUE"
                 )
             found[name] = Known.parsed(value, f"--absolute {name}")
+        for name, attribute in STATED.items():
+            if name not in found and attribute in stated:
+                spread = float(stated.get(f"{attribute}_uncertainty", 0.0))
+                found[name] = Known(float(stated[attribute]), spread)
         if lacking := [name for name in ("radius", "distance") if name not in found]:
             raise ValueError(
                 f"--absolute says no {lacking[0]}: the solid angle follows from the aperture's radius and distance"

@@ -94,8 +94,9 @@ class ReadingOptions:
         str,
         Option(
             "compare with the incident beam: radius and distance of the aperture, tau of the filter before the beam, "
-            "incident where the file holds no reading of it, share of a wide beam that is seen",
-            metavar="radius=R,distance=D,..",
+            "incident where the file holds no reading of it, share of a wide beam that is seen; `stated` takes what "
+            "the file states",
+            metavar="radius=R,distance=D,..|stated",
         ),
     ] = ""
     uncertainty: Annotated[
@@ -141,8 +142,8 @@ class ReadingOptions:
             signature=self._signature(),
         )
 
-    def compared(self) -> Absolute | Relative:
-        """What readings are compared with; ValueError where that is not stated, or twice."""
+    def compared(self, stated: Mapping[str, Any]) -> Absolute | Relative:
+        """What readings are compared with, with what their files state; ValueError where that is nothing, or twice."""
         if bool(self.standard) is bool(self.absolute):
             what = "both are given: leave one out" if self.standard else f"give --standard {FORM}, or --absolute"
             raise ValueError(f"readings are compared with a standard or with the incident beam: {what}")
@@ -151,7 +152,7 @@ class ReadingOptions:
                 raise ValueError(
                     "--standard-signal belongs to --standard: for the incident beam, --absolute incident=V"
                 )
-            return Absolute.parsed(self.absolute)
+            return Absolute.parsed(self.absolute, stated)
         signal = Known.parsed(self.standard_signal, "--standard-signal") if self.standard_signal else None
         if Path(self.standard).exists():
             return Relative(scan=read(self.standard), signal=signal)
@@ -252,7 +253,8 @@ def _of_readings(paths: list[Path], options: ReadingOptions) -> "tuple[xr.Datase
     for path, raw in raws:
         if by.fill is None:  # first, since no default would be right
             _at(path, lambda raw=raw: Filling.parsed(str(raw.attrs.get("fill", ""))))
-    how = options.compared()
+    first = raws[0][1].attrs
+    how = options.compared({k: v for k, v in first.items() if all(raw.attrs.get(k) == v for _, raw in raws)})
     for path, raw in raws:
         done.append(_at(path, lambda raw=raw: reduce(raw, how, by)))
     scan = together(done, names=[path.stem for path in paths])

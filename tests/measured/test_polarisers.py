@@ -117,6 +117,18 @@ def test_one_state_alone_is_taken_as_it_is_and_said_once():
     assert again.data.attrs["history"].splitlines().count(line) == 1
 
 
+def test_a_word_of_the_laboratorys_own_is_no_matter_for_a_model_without_polarisation():
+    scan = readings(["s"])
+    scan = scan.assign_coords(polarisation=("direction", np.full(scan.sizes["direction"], "diagonal")))
+    problem = Problem(catalogue["ggx"], scan)
+    assert "polarisation diagonal alone: taken as if the light were unpolarised" in problem.data.attrs["history"]
+    with pytest.raises(ValueError, match="write s, p or u"):
+        Problem(MODEL, scan)
+    unknown = scan.assign_coords(polarisation=("direction", np.full(scan.sizes["direction"], "unknown")))
+    assert Problem(catalogue["ggx"], unknown).data is unknown
+    assert len(Problem(MODEL, unknown).measured) == scan.sizes["direction"]
+
+
 def test_directions_that_lack_a_state_are_left_out_with_a_word():
     scan = readings(["s", "p"]).isel(direction=slice(0, -3))  # the last p, and both before it
     mean = unpolarised(scan)

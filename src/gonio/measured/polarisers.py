@@ -28,7 +28,7 @@ STATES: Mapping[str, tuple[float, float, float, float]] = {
     "s": (1.0, 1.0, 0.0, 0.0),
     "p": (1.0, -1.0, 0.0, 0.0),
 }
-WORDS: Mapping[str, str] = {"unpolarised": "u", "unpolarized": "u", "none": "u", "te": "s", "tm": "p"}
+WORDS: Mapping[str, str] = {"unpolarised": "u", "unpolarized": "u", "none": "u", "unknown": "u", "te": "s", "tm": "p"}
 # Which readings make one for unpolarised light, and the factor of each; the first whose readings are all there counts.
 MEANS: tuple[Mapping[str, float], ...] = (
     {"u>u": 1.0},
@@ -94,10 +94,15 @@ def unpolarised(scan: xr.Dataset) -> xr.Dataset:
     history says.
     """
     points = dataset.points(scan)
-    if not is_polarised(points):
+    if POLARISATION not in points.coords:
         return scan
     labels, place = distinct(np.broadcast_to(points[POLARISATION].values.astype(str), points.sizes["direction"]))
-    pairs = [">".join(states(label)) for label in labels.tolist()]
+    try:
+        pairs = [">".join(states(label)) for label in labels.tolist()]
+    except ValueError:  # a word of the laboratory's own, which a model without polarisation need not understand
+        pairs = ["" for _ in labels]
+    if set(pairs) == {"u>u"}:
+        return scan
     recipe = next((mean for mean in MEANS if set(mean) <= set(pairs)), None)
     if recipe is None:
         words = " and ".join(labels.tolist())

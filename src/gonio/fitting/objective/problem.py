@@ -79,10 +79,7 @@ class Problem(ProblemOptions):
             raise ValueError("every parameter is held: nothing is left to fit")
         if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
             raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = (
-            self.root_weights,
-            self.instrument and self.acceptance,
-        )  # which refuse what they cannot take, before a search
+        _ = self.root_weights, (self.instrument or self.model.polarised) and self.acceptance  # refuse before a search
 
     def __repr__(self) -> str:
         return described(self.model, self.entries, dataset.unit(self.data), self.weighting)

@@ -22,6 +22,7 @@ READING = {
     "compare": ("compare", "{}", "--models", "lambert"),
     "plot": ("plot", "{}", "--models", "lambert", "--out", "{folder}/x.png"),
     "check": ("check", "{}"),
+    "report": ("report", "{}", "--model", "lambert", "--out", "{folder}/x.html"),
     "plan-next": ("plan-next", "{}", "--model", "lambert"),
     "fit-stack": ("fit-stack", "{}", "--model", "lambert", "--out", "{folder}/o.zarr"),
     "stack": ("stack", "{}", "--out", "{folder}/s.zarr"),
@@ -137,7 +138,7 @@ def test_help_says_what_no_input_is(run):
         _, out, _ = run(command, "--help")
         words = " ".join(out.split())
         takes_files = any(said in words for said in ("a measured scan", "measured scans", "the file that is compared"))
-        assert ("not pipes or -" in words) == (takes_files or command == "check"), command
+        assert ("not pipes or -" in words) == (takes_files or command in ("check", "report")), command
 
 
 def test_pairs_of_numbers_may_share_one_text():

@@ -1,6 +1,7 @@
 """The command line as people and programs use it."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -235,7 +236,8 @@ def test_fit_says_how_sure_it_is(run, calibrated_file, tmp_path):
     kd = found["parameters"]["kd"]
     assert kd["uncertainty_systematic"] == pytest.approx(0.03 * kd["value"], rel=1e-4)
     low, high = found["intervals"]["kd"]
-    assert (high - low) / 2 == pytest.approx(1.96 * kd["uncertainty"], rel=1e-4)
+    both = math.hypot(kd["uncertainty"], kd["uncertainty_systematic"])
+    assert (high - low) / 2 == pytest.approx(1.96 * both, rel=1e-4)
     assert found["intervals"]["level"] == 0.95
     drawn = found["bootstrap"]
     assert (drawn["kind"], drawn["draws"], drawn["seed"]) == ("pairs", 30, 4)

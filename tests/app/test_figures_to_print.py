@@ -59,7 +59,7 @@ def test_a_name_without_a_suffix_is_written_in_the_formats_that_are_named(run, h
 def test_a_fit_writes_its_figures_for_print(run, here):
     code, _, err = run(*FIT.split())
     assert code == 0, err
-    assert {path.suffix for path in (here / "r").iterdir()} == {".pdf", ".nc", ".json"}
+    assert {path.suffix for path in (here / "r").iterdir()} == {".pdf", ".nc", ".json", ".html"}
 
 
 @pytest.mark.parametrize("model", ["--model lambert", "--model lambert,ggx"])
@@ -85,7 +85,7 @@ def test_a_figure_that_shows_nothing_of_a_scan_does_not_cost_the_fit(run, here):
     code, _, err = run("fit", "across.csv", "--model", "lambert", "--out", "r")
     assert code == 0
     assert err.count("this figure is left out: the scan holds no in-plane curve to draw") == 3
-    assert {path.name for path in (here / "r").iterdir()} == {"fit.json", "solution.nc"}
+    assert {path.name for path in (here / "r").iterdir()} == {"fit.json", "solution.nc", "report.html"}
 
 
 def test_a_scan_of_several_wavelengths_is_drawn_over_them(run, here):

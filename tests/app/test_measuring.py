@@ -235,6 +235,7 @@ def test_a_window_follows_the_journal_until_it_is_closed(run, here, monkeypatch)
         if len(drawn) == 4:
             plt.close(figure)
 
+    plt.switch_backend("agg")  # before it says that it needs a screen, which a machine may not have
     monkeypatch.setattr(plt, "pause", pause)
     monkeypatch.setattr(mpl.backends.backend_agg.FigureCanvasAgg, "required_interactive_framework", "none")
     code, _, err = run("watch", "run.jsonl", "--every", "0.5")

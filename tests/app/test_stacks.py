@@ -3,16 +3,14 @@
 import errno
 import json
 from contextlib import contextmanager
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from gonio import Problem, catalogue, simulate, write
+from gonio import Problem, catalogue
 from gonio.fitting import fit
-from places import ROOT
 from stacks import put, write_stack
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -268,26 +266,6 @@ def test_other_directions_in_a_stack_are_one_line(run, folder):
     code, out, err = run("stack", folder, "--out", folder.with_name("s.zarr"), "--resample", "--divide", "2")
     assert code == 0, err
     assert "rms error" in " ".join(out.split())
-
-
-def test_the_example_of_the_page_runs(run, tmp_path, here, monkeypatch):
-    """docs/many.md: a folder becomes a stack by one command and is fitted by another."""
-    page = (ROOT / "docs" / "many.md").read_text(encoding="utf-8")
-    section = page.partition("## A folder of files\n")[2].partition("\n## ")[0]
-    lines = [line.strip() for line in section.splitlines() if line.startswith("    gonio ")]
-    assert [line.split()[1] for line in lines] == ["stack", "fit-stack"]
-    monkeypatch.chdir(tmp_path)
-    Path("wafers").mkdir()
-    for k in (1, 2, 10):
-        write(simulate(catalogue["lambert"], {"rho": k / 20}, [10.0, 40], [-40.0, 0, 40]), f"wafers/wafer{k}.csv")
-    for line in lines:
-        code, _, err = run(*line.split()[1:])
-        assert code == 0, err
-    names = {}
-    shown = [line.partition(">>> ")[2] for line in section.splitlines() if ">>> " in line]
-    exec("\n".join(shown[:-1]), names)
-    assert eval(shown[-1], names) == pytest.approx(0.5, rel=1e-9)  # data without noise and one linear weight
-    assert names["fits"]["sample"].values.tolist() == ["wafer1", "wafer2", "wafer10"]
 
 
 def fitted(folder, *more):

@@ -60,7 +60,7 @@ def test_where_the_first_file_is_the_odd_one_that_is_said(folder, tmp_path):
     put(folder / "s0.csv", theta_r=[-60.0, -20, 20, 40, 61])
     said = refused(folder, out=tmp_path / "s.zarr")
     assert f"most files differ from the first, {folder / 's0.csv'}" in said
-    assert len(said) < 1500
+    assert len(said.replace(str(folder), "")) < 1000  # however long the path is
 
 
 def test_where_no_named_file_can_be_read_all_are_told(tmp_path):

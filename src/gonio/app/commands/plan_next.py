@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from gonio.app import arguments, names
 from gonio.app.help_page import Example
 from gonio.app.options import ModelName, OutputOptions, Scan, ScanOptions, chosen_models
-from gonio.app.output import progress_bar, show
+from gonio.app.output import Plain, progress_bar, show
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.options import Option, Panel
 
@@ -92,7 +92,7 @@ def command(
         view.write(chosen, out, output.force, nearest)
     output.show(record, [*lines, *view.blocked_lines(nearest)])
     if out is not None and output.json != "-":
-        show(f"wrote {out}")
+        show(Plain(f"wrote {out}"))
 
 
 def _chosen(

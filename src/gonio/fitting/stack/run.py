@@ -22,7 +22,7 @@ from typing import Any
 
 import xarray as xr
 
-from gonio.files import naming, refuse_existing, refuse_overlap, replacing
+from gonio.files import FormatError, naming, refuse_existing, refuse_overlap, replacing
 from gonio.fitting.choosing import choice_for
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.from_scan import HALF_WIDTH
@@ -226,7 +226,10 @@ def _weighted(asked: StackFit, opened: xr.Dataset, lanes: tuple[str, ...]) -> St
     """The same with a weighting: where that is left to the scans, one for all of them, chosen once for all blocks."""
     if asked.problem.weighting != AUTO:
         return asked
-    weighting, floor, reason = choice_for(opened, lanes, asked.problem.noise_floor)
+    try:
+        weighting, floor, reason = choice_for(opened, lanes, asked.problem.noise_floor)
+    except RuntimeError as error:  # of a codec
+        raise FormatError(asked.stack, f"a chunk of its values is damaged: {error}; write the stack again") from error
     chosen = replace(asked.problem, weighting=weighting, noise_floor=floor, weighting_reason=reason)
     return replace(asked, problem=chosen)
 

@@ -310,3 +310,15 @@ def test_files_of_scans_are_no_readings(tmp_path):
     assert reader_of(path) is None
     with pytest.raises(FormatError, match="holds no raw readings"):
         read_readings(path)
+
+
+def test_what_a_file_states_of_the_set_up_stands_for_what_is_not_named():
+    """As a journal does: without the filter's transmittance f would be a thousand times too large."""
+    stated = {"aperture_radius": 4.75, "distance": 500.0, "filter_transmittance": 1e-3}
+    stated |= {"filter_transmittance_uncertainty": 1e-5, "operator": "N. N."}
+    found = Absolute.parsed("stated", stated)
+    assert (found.radius.value, found.distance.value, found.tau.value, found.tau.uncertainty) == (4.75, 500, 1e-3, 1e-5)
+    named = Absolute.parsed("stated,tau=2e-3", stated)
+    assert (named.radius.value, named.tau.value) == (4.75, 2e-3)
+    with pytest.raises(ValueError, match="--absolute says no radius"):
+        Absolute.parsed("stated", {"distance": 500.0})

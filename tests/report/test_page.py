@@ -194,7 +194,15 @@ def test_the_templates_are_in_the_package():
     from importlib.resources import files
 
     names = {entry.name for entry in (files("gonio.reporting") / "templates").iterdir()}
-    assert {"page.html", "blocks.html", "fragment.html", "style.css", "conventions.svg"} <= names
+    assert {
+        "page.html",
+        "reduction.html",
+        "head.html",
+        "blocks.html",
+        "fragment.html",
+        "style.css",
+        "conventions.svg",
+    } <= names
 
 
 def test_what_is_simulated_is_called_simulated(tmp_path):

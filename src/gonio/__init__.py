@@ -17,6 +17,7 @@ _HOMES = {
     "compare": "gonio.comparison.ranking",
     "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
+    "export": "gonio.exporting.entry",
     "fit": "gonio.comparison.answer",
     "fit_many": "gonio.fitting.many.fit_many",
     "from_pandas": "gonio.tables.arrays",
@@ -60,6 +61,7 @@ __all__ = [
     "compare",
     "convert",
     "evaluate",
+    "export",
     "fit",
     "fit_many",
     "from_pandas",
@@ -80,6 +82,7 @@ if TYPE_CHECKING:
     from gonio.comparison.answer import fit
     from gonio.comparison.ranking import compare
     from gonio.evaluation import evaluate
+    from gonio.exporting.entry import export
     from gonio.findings.registry import check
     from gonio.fitting.many.fit_many import fit_many
     from gonio.fitting.objective.problem import Problem

@@ -58,7 +58,12 @@ def is_traced_never(array: Array) -> bool:
     return isinstance(array, np.ndarray)
 
 
-_SPECIAL = {"jax": "jax.scipy.special", "torch": "torch.special", "cupy": "cupyx.scipy.special"}
+_SPECIAL = {
+    "jax": "jax.scipy.special",
+    "torch": "torch.special",
+    "cupy": "cupyx.scipy.special",
+    "gonio.symbols": "gonio.symbols.namespace",
+}
 
 
 def special(name: str, value: Array) -> Array:

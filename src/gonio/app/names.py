@@ -55,3 +55,10 @@ def public_files() -> Iterable[str]:
     for name, collection in collections().items():
         yield name
         yield from (f"{name}/{file}" for file in collection.files)
+
+
+def targets() -> Iterable[str]:
+    """The programs that models are written for."""
+    from gonio.exporting import targets
+
+    return [one.name for one in targets().values() if not one.refused]

@@ -21,7 +21,7 @@ from gonio.options import Panel
 GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "check", "report", "stack", "fit-stack"),
     "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
-    "Files": ("import", "convert", "diff", "reduce", "fetch", "sample", "formats"),
+    "Files": ("import", "convert", "export", "diff", "reduce", "fetch", "sample", "formats"),
     "Models": ("models", "eval", "draw", "materials", "demo"),
 }
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)

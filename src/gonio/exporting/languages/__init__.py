@@ -1,0 +1,1 @@
+"""Programming languages: each file declares one, and `Writer` prints any formula in it."""

@@ -56,7 +56,7 @@ def pairs() -> Geometry:
     view[:, 35:45] = _vectors(np.full(10, 3e-5), azimuth[1, 35:45])
     view[2, 45:50] *= -1
     light[2, 50:55] *= -1
-    light[2, 55:57] = 0.0
+    light[:, 55:57] = _vectors(np.zeros(2), azimuth[0, 55:57])
     view[:, 57:80] = _vectors(z[1, 57:80] * 0 + 0.5, np.full(23, 0.3))  # a narrow lobe about the mirror direction
     near = view[:, 57:80] * np.array([[-1.0], [-1.0], [1.0]]) + random.normal(0, 0.02, (3, 23))
     light[:, 57:80] = near / np.linalg.norm(near, axis=0)

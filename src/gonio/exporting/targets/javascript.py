@@ -91,7 +91,7 @@ def functions(model: Model) -> list[str]:
 
 def _stages(program: Program, writer: Writer, names: tuple[str, str, str]) -> list[str]:
     parameters, (pre, inc, last) = program.formula.inputs[0], program.stages
-    single = len(program.formula.outputs) == 1
+    single = tuple(program.formula.outputs) == ("f",)
     return [
         "// What depends on the values alone.",
         *_function(f"{names[0]}(values)", writer, pre, parameters, many=True),

@@ -293,9 +293,11 @@ def main() -> int:
                 unseen.append({"file": name, "line": line, "kind": kind, "outcome": found, "text": said})
         rows.append({"file": name, "changes": len(every), **{o: count[o] for o in OUTCOMES}})
         print(name, dict(count), f"{(time.monotonic() - start) / 60:.1f} min", flush=True)
+    versions = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    machine = f"{os.cpu_count()} cores, {platform.machine()}, {versions}"
     record = {
         "date": date.today().isoformat(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}",
+        "machine": machine,
         "minutes": (time.monotonic() - start) / 60,
         "sample": asked.sample,
         "models": list(CHOSEN),

@@ -1,7 +1,8 @@
 """Python: a module of plain numbers, and one of NumPy's arrays. Neither imports gonio."""
 
+import runpy
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from gonio.exporting.languages.python import NUMPY, PRELUDE, PYTHON
 from gonio.exporting.source import programmed, proved
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
+from gonio.files import temporary_folder
 from gonio.geometry import Geometry
 from gonio.symbols.formula import INCIDENCE, REFLECTION
 from gonio.symbols.program import Program, Stage
@@ -89,16 +91,19 @@ def _function(signature: str, writer: Writer, stage: Stage, parameters: Sequence
 
 def run_python(subject: Subject, geometry: Geometry, arrays: bool = False) -> np.ndarray:
     """What the printed module gives."""
-    return _run("\n".join(lines_of(subject, "model", arrays)), "model", geometry, arrays)
+    with temporary_folder() as folder:
+        file = folder / "model.py"
+        file.write_text("\n".join(lines_of(subject, "model", arrays)), encoding="utf-8")
+        return _run(file, "model", geometry, arrays)
 
 
-def _run(text: str, name: str, geometry: Geometry, arrays: bool) -> np.ndarray:
-    module: dict[str, Any] = {}
-    exec(compile(text, "<printed by gonio>", "exec"), module)  # the text that gonio has just written
+def _run(file: Path, name: str, geometry: Geometry, arrays: bool) -> np.ndarray:
+    """What a module gives that gonio has just written."""
+    function = runpy.run_path(str(file))[name]
     vectors = np.stack(np.broadcast_arrays(*geometry), axis=-1)
     if arrays:
-        return np.asarray(module[name](vectors[..., :3], vectors[..., 3:]))
-    return np.array([module[name](row[:3], row[3:]) for row in vectors.reshape(-1, 6).tolist()])
+        return np.asarray(function(vectors[..., :3], vectors[..., 3:]))
+    return np.array([function(row[:3], row[3:]) for row in vectors.reshape(-1, 6).tolist()])
 
 
 def _target(arrays: bool, name: str, title: str, writes: str) -> Target:
@@ -106,8 +111,7 @@ def _target(arrays: bool, name: str, title: str, writes: str) -> Target:
         return Made({request.out.name: "\n".join(lines_of(subject, request.name, arrays)) + "\n"})
 
     def check(subject: Subject, request: Request) -> Proof:
-        text = request.out.read_text(encoding="utf-8")
-        return proved(subject, f"run in {title}", lambda g: _run(text, request.name, g, arrays))
+        return proved(subject, f"run in {title}", lambda g: _run(request.out, request.name, g, arrays))
 
     return Target(name, title, (".py",), writes, make, check)
 

@@ -34,7 +34,9 @@ def test_readings_reduce_to_the_published_factors_in_all_directions(name):
     assert scan["theta_r"].values.tolist() == theta_r.tolist()
     assert (scan["phi"].values == phi)[theta_r > 0].all()  # at the normal there is no azimuth
     # all 114 as printed: half of the last digit is 1.9e-5 of the least factor of one file, 1.2e-4 of that of the other
-    assert [f"{value:.{DIGITS}f}" for value in np.pi * scan["brdf"].values] == [f"{value:.{DIGITS}f}" for value in factor]
+    assert [f"{value:.{DIGITS}f}" for value in np.pi * scan["brdf"].values] == [
+        f"{value:.{DIGITS}f}" for value in factor
+    ]
 
 
 @pytest.mark.parametrize(("name", "shares"), [("z307_al", (1.9e-5, 2.0e-5)), ("nite_invar", (1.2e-4, 1.3e-4))])

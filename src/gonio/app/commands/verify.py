@@ -105,11 +105,13 @@ def command(
         ),
     ] = "",
 ) -> None:
-    """Verify a set-up by a mirror, a diffuse standard, or what its own readings show.
+    """Verify a set-up by a mirror or a diffuse standard.
 
     delta is that of the paper (eq 9), and belongs to the range that is named with it: no standard is Lambertian far
-    from the normal. The set-up passes where delta is below half the expanded uncertainty. With --check each number is
-    given with its uncertainty, and passes within the expanded one (k = 2), or within --uncertainty where that is more.
+    from the normal. The set-up passes where delta is below half the expanded uncertainty.
+
+    With --check the readings or the scan speak for themselves. Each number is given with its uncertainty, and passes
+    within the expanded one (k = 2), or within --uncertainty where that is more.
     """
     refuse_unused(page, out)
     target, suffixes = target_of(out, page.suffixes)

@@ -52,6 +52,7 @@ def test_every_cause_shifts_the_values_as_the_fit_says(told):
         combined = np.sqrt(np.diag(solution.total_covariance))[solution.dataset["name"].values.tolist().index(name)]
         assert by_cause["combined"][head] == pytest.approx(combined, rel=0.06)
         assert by_cause["U, k = 2"][head] == pytest.approx(2 * combined, rel=0.06)
+    assert by_cause["standard"]["width"] == 0 != by_cause["zero"]["width"]  # a factor moves no width
     assert parameters["rho_d"]["systematic"]["standard"] > 0  # a factor moves both weights to one side
 
 

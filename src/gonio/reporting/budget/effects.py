@@ -16,6 +16,7 @@ from gonio.units import unit_label
 
 ACROSS = 5  # values of a fit in one table, which a page in A4 has room for
 MOST_TABLES = 4
+ROUNDING = 1e-9  # of the combined uncertainty: a shift that is smaller is what arithmetic leaves of none
 WORDS = (
     "A shift is what one standard uncertainty of a cause moves a fitted value by. Its sign says which values move "
     "together; of a cause with several parts it is the root of the sum of squares, and has none. Combined is the root "
@@ -66,6 +67,7 @@ def _table(found: Sequence[Effect], group: Sequence[tuple[int, Value]], place: i
     inside = [value.status != AT_BOUND for _, value in group]
     parts = [Effect(RANDOM, 1, random), *(Effect(one.cause, one.parts, one.shifts[at]) for one in found)]
     combined = total([one.shifts for one in parts])
+    parts = [one._replace(shifts=np.where(np.abs(one.shifts) < ROUNDING * combined, 0.0, one.shifts)) for one in parts]
     rows = [
         _row("value", [value.value for _, value in group], [True] * len(group), 5),
         *(_row(one.cause + f" ({one.parts})" * (one.parts > 1), one.shifts, inside) for one in parts),

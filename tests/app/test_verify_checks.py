@@ -58,6 +58,13 @@ def test_without_an_uncertainty_there_is_no_verdict_until_one_is_given(run, here
     assert json.loads(out)["checks"][0]["passes"] is True
 
 
+@pytest.mark.parametrize("names", ["--check reciprocity,energy", "--check reciprocity --check energy"])
+def test_several_checks_are_named_with_commas_or_one_by_one(run, here, names):
+    code, out, _ = run(*split(f"verify stated.csv {names} --json -"))
+    assert code == 0
+    assert [one["check"] for one in json.loads(out)["checks"]] == ["reciprocity", "energy"]
+
+
 def test_a_nonlinear_detector_fails_with_the_remedy(run, here):
     code, out, err = run(*split("verify flux.csv --check linearity"))
     assert (code, err) == (0, "")

@@ -143,13 +143,14 @@ def _checks(files: list[Path], known: Known, output: OutputOptions, out: str) ->
         raise ValueError(
             "--wavelength and --transmittance belong to a mirror, and --out to a mirror or a standard: leave them out"
         )
-    if unknown := [name for name in known.check if name not in (*CHECKS, ALL)]:
+    asked = [name.strip() for one in known.check for name in one.split(",") if name.strip()]
+    if unknown := [name for name in asked if name not in (*CHECKS, ALL)]:
         raise ValueError(f"no check {unknown[0]!r}: {nearest(unknown[0], (*CHECKS, ALL))}")
     is_raw = reader_of_raw(files[0]) is not None
     data, kind = (read_readings(files[0]), READINGS) if is_raw else (read(files[0]), SCAN)
-    is_all = ALL in known.check
+    is_all = ALL in asked
     found, left_out = {}, {}
-    for name in [n for n in CHECKS if kind in CHECKS[n].takes] if is_all else dict.fromkeys(known.check):
+    for name in [n for n in CHECKS if kind in CHECKS[n].takes] if is_all else dict.fromkeys(asked):
         try:
             if kind not in CHECKS[name].takes:
                 raise ValueError(f"{name} is a check of {' or '.join(CHECKS[name].takes)}, and this is {kind}")

@@ -51,7 +51,7 @@ def test_nothing_is_wider_than_the_screen(shown, kind, width):
     assert tab.title()
 
 
-@pytest.mark.parametrize("kind", ["coating", "hemisphere"])
+@pytest.mark.parametrize("kind", ["coating", "causes", "hemisphere"])
 def test_text_in_figures_can_be_read_on_a_telephone(shown, kind):
     """At least 8 pixels, of which a telephone shows two or three to a point of the page."""
     tab = shown(kind, 360)
@@ -65,7 +65,7 @@ def test_text_in_figures_can_be_read_on_a_telephone(shown, kind):
     assert min(heights) >= 8
 
 
-@pytest.mark.parametrize("kind", ["coating", "spectral", "hemisphere", "two values"])
+@pytest.mark.parametrize("kind", ["coating", "causes", "spectral", "hemisphere", "two values"])
 def test_it_is_printed_whole(shown, kind, tmp_path):
     tab = shown(kind, 1280)
     pdf = tmp_path / "page.pdf"

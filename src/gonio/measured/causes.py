@@ -55,9 +55,9 @@ def with_causes(scan: xr.Dataset, shifts: Mapping[str, npt.ArrayLike]) -> xr.Dat
 
 
 def causes(scan: xr.Dataset) -> dict[str, Values]:
-    """The shifts of a flat scan by cause, each (directions,); empty where the scan states no systematic uncertainty."""
+    """The shifts of a scan by cause, each of the BRDF's dimensions; empty where it states no systematic uncertainty."""
     if SYSTEMATIC in scan:
-        shifts = scan[SYSTEMATIC].transpose(CAUSE, ...)
+        shifts = scan[SYSTEMATIC].transpose(CAUSE, *scan["brdf"].dims)
         names = scan[CAUSE].values.astype(str).tolist() if CAUSE in scan.coords else range(shifts.sizes[CAUSE])
         return {str(name): np.asarray(v, dtype=float) for name, v in zip(names, shifts.values, strict=True)}
     return {WHOLE: scan[TOTAL].values.astype(float)} if TOTAL in scan else {}

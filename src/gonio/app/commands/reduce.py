@@ -177,16 +177,18 @@ class BudgetOptions(OutputOptions):
 
     PANEL: ClassVar = Panel.OUTPUT
     figure: Annotated[str, Option("draw the budget of the uncertainty", metavar="FILE")] = ""
-    report: Annotated[str, Option("write budget, figure, flags and steps as a page of HTML", metavar="FILE.html")] = ""
+    report: Annotated[
+        str, Option("write budget, figure, flags and steps as a page: .html, or .pdf", metavar="FILE")
+    ] = ""
 
     def refuse_unknown(self) -> None:
         """ValueError for a suffix that nothing is written as, before anything is."""
         if self.figure:
             target_of(self.figure, (".png",))
-        if self.report and Path(self.report).suffix.lower() != ".html":
-            raise ValueError(
-                f"{self.report}: a report of a reduction is written as .html; --figure writes .pdf, .png, .svg"
-            )
+        if self.report:
+            from gonio.reporting.reduction import refuse_other_suffix
+
+            refuse_other_suffix(Path(self.report))
 
     def write(self, scan: "xr.Dataset") -> None:
         """The figure and the page that are asked for."""

@@ -32,6 +32,11 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
             f"the data are {quantity or 'a BRDF'}, and {target.title} holds {holds.quantity or 'BRDFs'}: "
             "write another format"
         )
+    if dataset.is_degree(scan) and "*" not in holds.variables:
+        raise ValueError(
+            f"the data are degrees of polarisation, and {target.title} cannot say so: write "
+            f"{formats_where(lambda f: '*' in f.holds.variables)}"
+        )
     if dataset.unit(scan) == dataset.RELATIVE and not holds.relative:
         raise ValueError(
             f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "

@@ -10,6 +10,7 @@ import xarray as xr
 
 from gonio.files import FormatError
 from gonio.measured.dataset import make_scan
+from gonio.measured.polarimetry.degree import labelled
 from gonio.tables import vocabulary as v
 from gonio.tables.angles import Directions, directions
 from gonio.tables.gather import Gathered, gathered
@@ -179,6 +180,8 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
         provenance="\n".join(dict.fromkeys(t.lstrip("#%!/ ") for t in titles)),
         history="\n".join([f"read from {asker.path.name} as a {table.lines[0]}", *table.lines[1:]]),
     )
+    if of.quantity == "dolp":
+        scan = asker.checked(lambda: labelled(scan))
     return Table(scan, how, layout, mapping, notes, source_side(scan, asker), table.is_stated)
 
 
@@ -239,7 +242,8 @@ def _is_stated(some: list[Part], found: Gathered, of: Meaning, layout: str) -> b
         return False
     sources = found.sources
     with_unit = [t for t in (*v.ANGLES, "wavelength", "brdf", *v.UNCERTAINTIES) if t in sources]
-    if not all(sources[t].unit or (t == "brdf" and of.quantity == "log10-brdf") for t in with_unit):
+    without = ["brdf"] * (of.quantity in ("log10-brdf", "dolp")) + [*v.UNCERTAINTIES] * (of.quantity == "dolp")
+    if not all(sources[t].unit or t in without for t in with_unit):
         return False
     plain = of.quantity == "reflectance-factor" or sources["brdf"].kind in (v.ABSOLUTE, v.RELATIVE)
-    return bool(sources["brdf"].quantity) and (plain or of.quantity == "log10-brdf")
+    return bool(sources["brdf"].quantity) and (plain or of.quantity in ("log10-brdf", "dolp"))

@@ -5,9 +5,10 @@
     30,-80,633,0.0241,0.0003
 
 docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column of azimuths:
-phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data. Other usual names are
-understood. A column that is not understood is kept as a further variable. But one in a unit of angle or length is
-refused, because it may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
+phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data; a column `dolp` in the place
+of the BRDF holds degrees of polarisation, and `uncertainty_dolp` their uncertainty. Other usual names are understood. A
+column that is not understood is kept as a further variable. But one in a unit of angle or length is refused, because it
+may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
 
 A table whose headings state all of this in another way (`Theta_i [deg]`, tabs, decimal commas) is read too, with the
 mapping in its history. Any other table is refused with the `gonio import` that reads it (docs/tables.md).
@@ -27,7 +28,18 @@ from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.causes import SYSTEMATIC, cause_of, gathered, spread
-from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
+from gonio.measured.dataset import (
+    DEGREE,
+    DIRECTIONS,
+    SETS,
+    flatten,
+    is_degree,
+    is_in_plane,
+    make_scan,
+    signed_theta_r,
+)
+from gonio.measured.polarimetry.degree import UNCERTAINTIES
+from gonio.measured.polarisers import DOLP
 from gonio.outside import as_cell, from_cell
 from gonio.tables.direct import read_stated
 from gonio.tables.vocabulary import SPELLINGS
@@ -35,6 +47,7 @@ from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is not read further
 MOST_MASK = 127  # the largest number of a signed byte
+_OF_VALUES = ("brdf", "relative", "degree of polarisation")
 QUANTITIES = {
     "theta_i": ("angle",),
     "theta_r": ("angle",),
@@ -42,10 +55,11 @@ QUANTITIES = {
     "phi_i": ("angle",),
     "phi_r": ("angle",),
     "wavelength": ("length",),
-    "brdf": ("brdf", "relative"),
-    "uncertainty": ("brdf", "relative"),
-    "uncertainty_systematic": ("brdf", "relative"),
+    "brdf": _OF_VALUES,
+    "uncertainty": _OF_VALUES,
+    "uncertainty_systematic": _OF_VALUES,
 }
+OF_VALUES = ("sr-1", "a.u.", DOLP)  # the units of values
 REFLECTED_AZIMUTH = "phi_r"  # a column of the file alone: the scan has phi, from the azimuth of the source
 _OF_DIRECTIONS = tuple(f"_{u}" for u, entry in UNITS.items() if entry.quantity in ("angle", "length"))
 _NAMED = {other: name for name, others in SPELLINGS.items() for other in others}
@@ -119,7 +133,8 @@ def _columns(path: Path, line: int, header: list[str], further: set[str]) -> lis
         raise FormatError(
             path, f"{message}: separate columns by commas, not semicolons, and name them like {_EXAMPLE}", where
         )
-    columns = [_column(path, where, cell, cell in further) for cell in header]
+    header, is_degree = _of_degrees(header)
+    columns = [_column(path, where, cell, cell in further, is_degree) for cell in header]
     names = [column.name for column in columns]
     if missing := [name for name in REQUIRED if name not in names]:
         message = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
@@ -128,25 +143,37 @@ def _columns(path: Path, line: int, header: list[str], further: set[str]) -> lis
         raise FormatError(path, f"the column {clip(twice[0])} occurs twice: keep one", where)
     if {"phi", REFLECTED_AZIMUTH} <= set(names):
         raise FormatError(path, "has phi and phi_r, of which each gives the other: keep one", where)
-    relative = {c.name for c in columns if c.unit == "a.u."}
-    values = {"brdf", "uncertainty", "uncertainty_systematic", *(c.name for c in columns if cause_of(c.name))}
-    absolute = {c.name for c in columns if c.unit == "sr-1"} & values
-    if relative and absolute:
-        raise FormatError(path, f"{min(relative)} is in a.u. and {min(absolute)} in sr-1: one unit for both", where)
+    values = [c for c in columns if QUANTITIES.get(c.name) == _OF_VALUES or cause_of(c.name) or c.unit == "a.u."]
+    by_unit = {c.unit: c.name for c in sorted(values, key=lambda c: c.name, reverse=True)}
+    if len(by_unit) > 1:
+        one, other = sorted(by_unit)[:2]
+        raise FormatError(path, f"{by_unit[one]} is in {one} and {by_unit[other]} in {other}: one unit for both", where)
     return columns
 
 
-def _column(path: Path, where: str, cell: str, is_further: bool) -> Column:
+def _of_degrees(header: list[str]) -> tuple[list[str], bool]:
+    """The header with the names of a BRDF where `dolp` stands in its place, and whether it does."""
+    plain = [cell.lower() for cell in header]
+    names = {cell.rpartition("_")[0] or cell for cell in plain} | {*plain}
+    if DOLP not in plain or "brdf" in {_NAMED.get(name, name) for name in names}:
+        return header, False
+    said = dict.fromkeys((*UNCERTAINTIES, "uncertainty", "std", "u"), f"uncertainty_{DOLP}") | {DOLP: f"brdf_{DOLP}"}
+    return [said.get(cell.lower(), cell) for cell in header], True
+
+
+def _column(path: Path, where: str, cell: str, is_further: bool, is_degree: bool) -> Column:
     plain = _NAMED.get(cell.lower(), cell.lower())
     if plain in UNITLESS:
         return Column(plain, "")
     own, _, unit = cell.rpartition("_")
     name = _NAMED.get(own.lower(), own.lower())
     if cause_of(own) or cause_of(cell):
-        if unit not in ("sr-1", "a.u."):
+        if unit not in OF_VALUES:
             remedy = f"write {clip(cell if cause_of(cell) else own)}_sr-1 or _a.u., as brdf is"
             raise FormatError(path, f"column {clip(cell)!r} has no unit of a systematic uncertainty: {remedy}", where)
         return Column(own, unit)
+    if unit == DOLP and not is_degree:  # beside a BRDF they are further variables
+        return Column(cell, "")
     if name in QUANTITIES and plain not in QUANTITIES:
         known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
         if unit not in known:
@@ -311,7 +338,7 @@ def _write(scan: xr.Dataset, path: Path) -> None:
             file.write(f"# {line}\n")
         for line in flat.attrs.get("history", "").splitlines():
             file.write(f"# {_HISTORY}{line}\n")
-        headings = {name: _heading(name, flat[name].attrs.get("units", "1")) for name in columns}
+        headings = {name: _heading(name, flat) for name in columns}
         if further := [h for name, h in headings.items() if h.endswith(_OF_DIRECTIONS) and name not in QUANTITIES]:
             file.write(f"# {_FURTHER}{', '.join(further)}\n")
         writer = csv.writer(file, lineterminator="\n")
@@ -330,7 +357,11 @@ def _cells_of(values: np.ndarray) -> list[Any]:
     return [as_cell(cell) if isinstance(cell, str) else cell for cell in cells]
 
 
-def _heading(name: str, cf_unit: str) -> str:
+def _heading(name: str, flat: xr.Dataset) -> str:
+    cf_unit = flat[name].attrs.get("units", "1")
+    if cf_unit == DEGREE:  # of any number without a unit
+        of_values = is_degree(flat) and (QUANTITIES.get(name) == _OF_VALUES or cause_of(name))
+        return DOLP if of_values and name == "brdf" else f"{name}_{DOLP}" if of_values else name
     quantity = next((q for q, text in CF_STRINGS.items() if text == cf_unit), None)
     suffix = next((u for u, entry in UNITS.items() if entry.quantity == quantity and entry.size == 1.0), None)
     return f"{name}_{suffix}" if suffix and name not in UNITLESS else name

@@ -6,7 +6,8 @@ is the correction, so that a change that the monitor sees and corrects flags not
 direction that vouches for it, is trusted as long as it stays near its median: beyond, it may itself be at fault, and
 the source may have another spectrum, polarisation or spot.
 
-Where drift is left as it is on purpose, its size is a cause of the budget, and nothing is flagged. Two sessions of a measurement are not compared: what happened between them is no drift of a reading.
+Where drift is left as it is on purpose, its size is a cause of the budget, and nothing is flagged. Two sessions of a
+measurement are not compared: what happened between them is no drift of a reading.
 """
 
 from collections.abc import Iterator

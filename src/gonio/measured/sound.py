@@ -9,6 +9,7 @@ import xarray as xr
 
 from gonio.measured.causes import SYSTEMATIC, fault
 from gonio.measured.dataset import ANGLES, DIRECTIONS, HORIZON, UNITS
+from gonio.measured.stack import foreign_dims
 
 UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
 VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
@@ -68,7 +69,7 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
             if not inside.all():
                 yield name, f"holds {piece[~inside].flat[0]:g}, which is no such angle [deg]"
                 break
-    if wrong := fault(scan):
+    if wrong := fault(scan, values=not foreign_dims(scan)):
         yield SYSTEMATIC, wrong
     if "wavelength" in scan.variables:
         wavelength = scan["wavelength"].values

@@ -107,7 +107,7 @@ def _known(shifts: Values, used: npt.NDArray[np.bool_], causes: tuple[str, ...])
     good: npt.NDArray[np.bool_] = np.isfinite(shifts)
     if causes == (WHOLE,):  # a total is no shift, and has no sign
         good &= shifts >= 0
-    unknown = (~good & used).any(axis=(0, 2))
+    unknown = np.asarray((~good & used).any(axis=(0, 2)))
     return np.where(unknown[None, :, None], np.nan, np.where(used & good, shifts, 0.0))
 
 

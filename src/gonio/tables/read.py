@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.files import FormatError
-from gonio.measured.dataset import make_scan
+from gonio.measured.dataset import is_degree, make_scan
 from gonio.measured.polarimetry.degree import labelled
 from gonio.tables import vocabulary as v
 from gonio.tables.angles import Directions, directions
@@ -163,8 +163,7 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
     variables: dict[str, Any] = {name: (values, "1") for name, values in found.further.items()}
     if of.quantity == "signal":
         variables["signal"] = (found.data["brdf"], "1")  # as read, for `gonio reduce`
-    if "mask" in found.data:
-        variables["mask"] = (_mask(found, asker), "1")
+    variables |= {"mask": (_mask(found, asker), "1")} if "mask" in found.data else {}
     if "uncertainty_systematic" in ready.uncertainties:
         variables["uncertainty_systematic"] = (ready.uncertainties["uncertainty_systematic"], of.unit)
     scan = make_scan(
@@ -180,8 +179,7 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
         provenance="\n".join(dict.fromkeys(t.lstrip("#%!/ ") for t in titles)),
         history="\n".join([f"read from {asker.path.name} as a {table.lines[0]}", *table.lines[1:]]),
     )
-    if of.quantity == "dolp":
-        scan = asker.checked(lambda: labelled(scan))
+    scan = asker.checked(lambda: labelled(scan)) if is_degree(scan) else scan
     return Table(scan, how, layout, mapping, notes, source_side(scan, asker), table.is_stated)
 
 

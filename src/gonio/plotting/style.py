@@ -53,13 +53,15 @@ QUANTITIES = {frozenset(["reflection"]): "BRDF", frozenset(["transmission"]): "B
 
 
 def quantity_of(scan: xr.Dataset) -> str:
-    """BRDF, BTDF, or BSDF of both modes."""
+    """BRDF, BTDF, or BSDF of both modes; DoLP of degrees of linear polarisation."""
+    if "brdf" in scan and dataset.is_degree(scan):
+        return "DoLP"
     return QUANTITIES.get(frozenset(dataset.modes(scan)), "BSDF")
 
 
 def value_label(unit: str, quantity: str = "BRDF") -> str:
     """The label of an axis of values in a unit of scans."""
-    return f"{quantity} [{unit_label(unit)}]"
+    return f"{quantity} [{unit_label(unit)}]" if unit_label(unit) else quantity
 
 
 GREEK = {"alpha": "α", "beta": "β", "gamma": "γ", "kappa": "κ", "rho": "ρ", "sigma": "σ", "theta": "θ", "tau": "τ"}

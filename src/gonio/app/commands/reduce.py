@@ -14,13 +14,14 @@ from gonio.app.options import OutputOptions, Scans, To
 from gonio.app.output import show
 from gonio.app.views.measuring import reduced as views
 from gonio.measured.dataset import flatten, signed_theta_r
+from gonio.measured.polarisers import unpolarised
 from gonio.options import Option, Panel
 from gonio.plotting.page import target_of
 from gonio.raw import read_readings, reader_of
 from gonio.reduction.budget import budget
 from gonio.reduction.causes import CAUSES
 from gonio.reduction.reduce import reduce, together
-from gonio.reduction.repeats import averaged, unpolarised
+from gonio.reduction.repeats import averaged
 from gonio.reduction.settings import Reduction
 from gonio.reduction.sheets import Shadow, turned
 from gonio.reduction.sheets import reduce as of_sheets
@@ -261,7 +262,7 @@ def _of_readings(paths: list[Path], options: ReadingOptions) -> "tuple[xr.Datase
         done.append(_at(path, lambda raw=raw: reduce(raw, how, by)))
     scan = together(done, names=[path.stem for path in paths])
     scan = averaged(scan) if options.average else scan
-    return unpolarised(scan) if options.unpolarised else scan, how
+    return unpolarised(scan, strict=True) if options.unpolarised else scan, how
 
 
 def _at(path: Path, made: Any) -> Any:

@@ -1,8 +1,9 @@
 """Shares in which a renderer draws the terms of a model."""
 
+import numpy as np
 import pytest
 
-from gonio import catalogue
+from gonio import Geometry, catalogue
 from gonio.exporting.mixture import LEAST_COSINE, LEAST_LOBE, mixture
 from gonio.exporting.subject import Subject, of_model
 from gonio.model import sampler_of
@@ -38,3 +39,15 @@ def test_sets_share_one_mixture_of_their_means():
     (lobe,) = found.lobes
     assert found.shape(lobe) == {"L": pytest.approx(0.2), "S": pytest.approx(-1.5)}
     assert lobe.share == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("name", ["ggx", "gonio-best", "phong"])
+def test_the_density_adds_up_to_what_is_not_lost(name):
+    """By the midpoint rule over the hemisphere; what is missing to 1 is drawn below the horizon."""
+    model = catalogue[name]
+    found = mixture(of_model(model, dict.fromkeys(model.weights, 0.5)))
+    z, azimuth = np.meshgrid((np.arange(400) + 0.5) / 400, (np.arange(720) + 0.5) / 720 * 360, indexing="ij")
+    g = Geometry.from_degrees(30.0, np.degrees(np.arccos(z)), azimuth)
+    total = float(np.mean(found.density(g)) * 2 * np.pi)
+    assert 0.9 < total < 1.001  # of the rule
+    assert found.density(Geometry(0.0, 0.0, 1.0, 0.6, 0.0, -0.8)) == 0

@@ -6,7 +6,11 @@ The cosine law draws every direction, so that none is missed, also for terms tha
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from gonio.exporting.subject import Subject, Values
+from gonio.geometry import Geometry
 from gonio.model import Model, Sampler, Term, declarations, sampler_of
 from gonio.optics.sampling import COSINE
 from gonio.sampling import hemispherical_reflectance
@@ -52,6 +56,13 @@ class Mixture:
     def shape(self, lobe: Lobe) -> dict[str, float]:
         """The shape parameters of a lobe, in the order of its term."""
         return {name: self.values[name] for name in declarations(lobe.term)}
+
+    def density(self, g: Geometry) -> npt.NDArray[np.float64]:
+        """Probability density [1/sr] of reflected directions, 0 below the horizon: what a program has to compute."""
+        found = self.cosine * np.asarray(COSINE.density(g))
+        for lobe in self.lobes:
+            found = found + lobe.share * np.asarray(lobe.sampler.density(g, **self.shape(lobe)))
+        return np.where(g.below, 0.0, found)
 
 
 def mixture(subject: Subject) -> Mixture:

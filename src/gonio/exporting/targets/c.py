@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gonio.exporting.heading import heading
-from gonio.exporting.languages.c import C_LANGUAGE, rows
+from gonio.exporting.languages.c import C_LANGUAGE, commented, rows
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.source import identifier, programmed, proved
 from gonio.exporting.subject import Subject
@@ -34,13 +34,8 @@ def source(subject: Subject, name: str, stem: str) -> list[str]:
     writer = Writer(C_LANGUAGE, name)
     functions = _functions(program, writer, name)
     guard = f"{identifier(stem).upper()}_GONIO"
-    comment = [
-        "/*",
-        *(f" * {line}".replace("*/", "* /").rstrip() for line in heading(subject, _what(subject, name))),
-        " */",
-    ]
     return [
-        *comment,
+        *commented(heading(subject, _what(subject, name))),
         f"#ifndef {guard}",
         f"#define {guard}",
         "",

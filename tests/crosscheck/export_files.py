@@ -84,7 +84,7 @@ def pairs() -> list[dict[str, list[object]]]:
         views = [unit(s * np.cos(p), s * np.sin(p), c) for s, p, c in zip(np.sqrt(1 - z * z), phi, z, strict=True)]
         mirror = np.array([-light[0], -light[1], light[2]])
         views += [unit(*(mirror + random.normal(0, 0.05, 3))) for _ in range(PER_LIGHT)]
-        views.append(unit(*(np.array(light) + (0.01, 0.005, 0))))
+        views.append(unit(light[0] + 0.01, light[1] + 0.005, light[2]))
         found.append({"light": light, "views": [v for v in views if v[2] > 0.02]})
     return found
 

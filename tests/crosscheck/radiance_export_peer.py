@@ -52,7 +52,7 @@ def run(folder, command, *arguments, data=b""):
 
 
 def values(folder, material, name, light, views, side):
-    """f in 1/sr for one direction to the light and many to the viewer, in the frame of the surface; three channels."""
+    """BRDF [1/sr] for one direction to the light and many to the viewer, in the frame of the surface; three channels."""
     axes = frame(NORMAL)
     sun = axes @ np.array(light)
     level = 1 / (2 * math.pi * (1 - math.cos(math.radians(HALF_ANGLE))))
@@ -69,6 +69,11 @@ def values(folder, material, name, light, views, side):
         octree.write_bytes(run(folder, "oconv", Path(made) / "scene.rad"))
         found = np.frombuffer(run(folder, "rtrace", *options, octree, data=rays.encode())).reshape(-1, 3)
     return found / light[2]
+
+
+def without_heading(text):
+    """The file without its comments, which name the day."""
+    return "\n".join(line for line in text.rpartition("}\n")[2].splitlines() if line and not line.startswith("#"))
 
 
 def row(vector):
@@ -91,9 +96,11 @@ def main(folder):
         "peer": "Radiance, by pyradiance",
         "version": pyradiance.__version__,
         "precision": "colours in single precision",
-        "value": "f [1/sr]: radiance of a polygon of normal 0.36, -0.48, -0.8 in the light of one source, over its cosine",
+        "value": "f [1/sr]: radiance of a polygon of normal 0.36, -0.48, -0.8 under one source, over the cosine",
     }
-    surfaces = {p.name: {"file": p.read_text(encoding="utf-8")} for p in sorted(folder.glob("*.[rc]a[dl]"))}
+    surfaces = {
+        p.name: {"file": without_heading(p.read_text(encoding="utf-8"))} for p in sorted(folder.glob("*.[rc]a[dl]"))
+    }
     write("radiance_export.json", about, {"pairs": pairs} | columns, surfaces)
 
 

@@ -54,14 +54,6 @@ class Cal(Language):
         """What `function` makes an argument of."""
         return f"{name} = {value}"
 
-    def loop(self, total: str, index: str, size: int, inside: Sequence[str], added: str) -> list[str]:
-        """Not in this language."""
-        raise ValueError("Radiance's functions have no loop")
-
-    def table(self, name: str, numbers: Sequence[float]) -> list[str]:
-        """Not in this language."""
-        raise ValueError("Radiance's functions have no constant array")
-
     def function(self, name: str, arguments: Sequence[str], inside: Sequence[str], result: str) -> list[str]:
         """A function for each named expression, each handing on what the later ones need."""
         lets = [line.partition(" = ")[::2] for line in inside]

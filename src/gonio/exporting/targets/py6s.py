@@ -5,9 +5,7 @@ minnbrdf and hapkbrdf; the order of its tables in its main program and in Py6S's
 """
 
 import math
-import sys
 from collections.abc import Callable, Mapping
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from scipy.interpolate import RegularGridInterpolator
 from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
 from gonio.exporting.source import DOUBLE, proved
+from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject, Values
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.python import lines_of
@@ -131,8 +130,8 @@ def make(subject: Subject, request: Request) -> Made:
 def _tabulated(subject: Subject, request: Request, told: list[str]) -> Made:
     if not isotropic(subject):
         raise ValueError(
-            "the surface has a direction of its own, and 6S knows the azimuth between sun and viewer alone: fit a model "
-            "without one"
+            "the surface has a direction of its own, and 6S knows the azimuth between sun and viewer alone: fit a "
+            "model without one"
         )
     error = table_error(subject)
     if error > request.worst:
@@ -193,17 +192,7 @@ def loaded(text: str) -> dict[str, Any]:
         def __getattr__(self, name: str) -> Callable[..., tuple[str, tuple[Any, ...]]]:
             return lambda *arguments: (name, arguments)
 
-    stand_in = ModuleType("Py6S")
-    stand_in.GroundReflectance = Calls()  # type: ignore[attr-defined]
-    kept, module = sys.modules.get("Py6S"), dict[str, Any]()
-    sys.modules["Py6S"] = stand_in
-    try:
-        exec(compile(text, "<printed by gonio>", "exec"), module)  # the text that gonio has just written
-    finally:
-        del sys.modules["Py6S"]
-        if kept is not None:
-            sys.modules["Py6S"] = kept
-    return module
+    return executed(text, {"Py6S": {"GroundReflectance": Calls()}})
 
 
 PY6S = Target(

@@ -65,6 +65,7 @@ RAYSECT = {
     "lambert": subject("lambert", rho=0.5),
     "ggx": subject("ggx", rho_s=0.7, rho_d=0.1, width=0.2),
     "modified-phong": subject("modified-phong", rho_s=0.3, rho_d=0.4, n=50),
+    "phong": subject("phong", ks=0.1, kd=0.3, n=30),
     "rpv": subject("rpv", r0=0.2, k=0.8, theta=-0.15, rc=0.3),
     "cauchy-lorentz": of_model(
         gonio.catalogue["cauchy-lorentz"], dict.fromkeys(gonio.catalogue["cauchy-lorentz"].weights, 0.3)

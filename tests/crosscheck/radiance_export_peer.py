@@ -61,7 +61,8 @@ def values(folder, material, name, light, views, side):
         f"lamp source sun 0 0 4 {sun[0]:.17g} {sun[1]:.17g} {sun[2]:.17g} {2 * HALF_ANGLE}\n"
         f"{material}\n{name} polygon plate 0 0 {polygon(axes, side)}\n"
     )
-    rays = "".join(f"{a} {b}\n" for v in views for d in [axes @ np.array(v)] for a, b in [(row(5 * d), row(-d))])
+    towards = [axes @ np.array(view) for view in views]
+    rays = "".join(f"{row(5 * v)} {row(-v)}\n" for v in towards)
     options = ["-h", "-w", "-fad", "-ab", "0", "-dj", "0", "-ds", "0", "-dt", "0", "-dc", "1", "-lr", "0"]
     with tempfile.TemporaryDirectory() as made:
         octree = Path(made) / "scene.oct"

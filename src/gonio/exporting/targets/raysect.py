@@ -1,7 +1,7 @@
 """Raysect and Cherab: a material class of plain Python, which draws the directions in which light is followed.
 
-In Raysect's surface frame z is the normal on the side of the ray, s_incoming points to the viewer and s_outgoing to the
-light. evaluate_shading gives radiance x f x cosine, which Raysect divides by pdf (raysect/optical/material/material.pyx).
+In Raysect's surface frame z is the normal on the side of the ray, s_incoming points to the viewer and s_outgoing to
+the light. evaluate_shading gives radiance x f x cosine, which Raysect divides by pdf (optical/material/material.pyx).
 """
 
 from collections.abc import Mapping
@@ -75,7 +75,8 @@ def make(subject: Subject, request: Request) -> Made:
     first.values  # noqa: B018 - refuses several sets that are no wavelengths, with the remedy
     if not isotropic(subject):
         raise ValueError(
-            "the surface has a direction of its own, and Raysect turns each surface as it likes: fit a model without one"
+            "the surface has a direction of its own, and Raysect turns each surface as it likes: "
+            "fit a model without one"
         )
     drawn = mixture(subject)
     lines = lines_of(first, "_surface", arrays=False, docstring=heading(subject, _what(subject, request), frame=FRAME))
@@ -89,7 +90,7 @@ def make(subject: Subject, request: Request) -> Made:
         wavelengths=f"WAVELENGTHS = {[float(label) for label in labels]!r}\n" if spectral else "",
         density=_density(drawn),
         spectral=found.format("spectrum.wavelengths", "s_incoming", "s_outgoing"),
-        one=found.format("wavelength", "s_incident", "s_reflected"),
+        one=found.format("wavelength", "s_reflected", "s_incident"),
     )
     return Made({request.out.name: "\n".join([text, *_samplers(drawn), material])}, _remarks(subject, drawn))
 
@@ -135,15 +136,13 @@ def _samplers(drawn: Mixture) -> list[str]:
         functions += _function(writer, f"_density_{k}", (*INCIDENCE, *REFLECTION), density)
         below += lobe.share
         choice += [f"    if choice < {below!r}:", f"        return _draw_{k}(x_i, y_i, z_i, u, v)"]
-    return [
-        *writer.shared(),
-        *functions,
-        "",
-        "",
-        "def _drawn(choice, x_i, y_i, z_i, u, v):",
-        *choice,
-        "    return math.sqrt(u) * math.cos(2 * math.pi * v), math.sqrt(u) * math.sin(2 * math.pi * v), math.sqrt(1 - u)",
-    ]
+    return [*writer.shared(), *functions, "", "", "def _drawn(choice, x_i, y_i, z_i, u, v):", *choice, *_COSINE]
+
+
+_COSINE = (
+    "    radius, azimuth = math.sqrt(u), 2 * math.pi * v",
+    "    return radius * math.cos(azimuth), radius * math.sin(azimuth), math.sqrt(1 - u)",
+)
 
 
 def _function(writer: Writer, name: str, arguments: tuple[str, ...], formula: Formula) -> list[str]:
@@ -185,7 +184,7 @@ def check(subject: Subject, request: Request) -> Proof:
 
     def run(geometry: Geometry) -> np.ndarray:
         rows = np.stack(np.broadcast_arrays(*geometry), axis=-1).tolist()
-        found = [material.bsdf(Vector(*row[3:]), Vector(*row[:3]), wavelength) for row in rows]
+        found = [material.bsdf(Vector(*row[:3]), Vector(*row[3:]), wavelength) for row in rows]
         expected = np.asarray(one.brdf(geometry))
         return np.where(expected < 0, np.where(np.array(found) == 0, expected, found), found)
 

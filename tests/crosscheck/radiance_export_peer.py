@@ -52,7 +52,7 @@ def run(folder, command, *arguments, data=b""):
 
 
 def values(folder, material, name, light, views, side):
-    """BRDF [1/sr] for one direction to the light and many to the viewer, in the frame of the surface; three channels."""
+    """BRDF [1/sr] by channel for one direction to the light and many to the viewer, in the frame of the surface."""
     axes = frame(NORMAL)
     sun = axes @ np.array(light)
     level = 1 / (2 * math.pi * (1 - math.cos(math.radians(HALF_ANGLE))))

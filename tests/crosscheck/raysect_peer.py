@@ -3,7 +3,7 @@
     python tests/crosscheck/raysect_peer.py FOLDER     writes tests/reference/peers/raysect_export.json
 
 FOLDER is what export_files.py wrote. A box of the material stands in a sphere that emits uniformly, so that a ray at
-theta to its normal sees the hemispherical-directional reflectance; and every class gives its BRDF at pairs of directions.
+theta to its normal sees the hemispherical-directional reflectance; every class gives its BRDF at pairs of directions.
 """
 
 import importlib.metadata

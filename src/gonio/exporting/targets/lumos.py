@@ -5,13 +5,14 @@ three arrays or numbers (lumos.calculator, get_intensity_satellite_frame).
 """
 
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
 from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
 from gonio.exporting.source import pairs, proved
+from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.python import lines_of
@@ -65,12 +66,11 @@ def make(subject: Subject, request: Request) -> Made:
 
 def check(subject: Subject, request: Request) -> Proof:
     """The written function, at many pairs of directions about a normal that is tilted."""
-    text = request.out.read_text(encoding="utf-8")
     how = f"run in NumPy about a tilted normal, {HORIZON} from the horizon and farther"
     every = pairs()
     clear = np.minimum(np.abs(every.z_i), np.abs(every.z_r)) > HORIZON
     geometry = Geometry(*(c[clear] for c in every))
-    return proved(subject, how, lambda g: run(text, request.name, g), LIMIT, geometry)
+    return proved(subject, how, lambda g: run(request.out, request.name, g), LIMIT, geometry)
 
 
 HORIZON = 0.01  # cosine below which the turn's last digits decide on which side of the horizon a direction is
@@ -79,10 +79,9 @@ LIMIT = 1e-8  # relative: the turn's rounding, times the steepness of a narrow l
 TILTED = (0.36, -0.48, 0.8)
 
 
-def run(text: str, name: str, geometry: Geometry, normal: Sequence[float] = TILTED) -> np.ndarray:
+def run(path: Path, name: str, geometry: Geometry, normal: Sequence[float] = TILTED) -> np.ndarray:
     """What the function of a file gives for pairs in the frame of a surface of that normal."""
-    module: dict[str, Any] = {}
-    exec(compile(text, "<printed by gonio>", "exec"), module)  # the text that gonio has just written
+    module = executed(path)
     axes = module["_frame"](tuple(normal))  # the file's own: a model of a direction needs the same x axis
     both = (np.stack(np.broadcast_arrays(*w), axis=-1) @ axes for w in (geometry[:3], geometry[3:]))
     light, view = (np.moveaxis(w, -1, 0) for w in both)

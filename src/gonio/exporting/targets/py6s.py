@@ -6,6 +6,7 @@ minnbrdf and hapkbrdf; the order of its tables in its main program and in Py6S's
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -172,7 +173,7 @@ def _brdf(subject: Subject, sun: float, zenith: np.ndarray, azimuth: np.ndarray)
 
 def check(subject: Subject, request: Request) -> Proof:
     """What the written file hands to Py6S, of which a stand-in keeps the arguments; 6S is not run."""
-    module = loaded(request.out.read_text(encoding="utf-8"))
+    module = loaded(request.out)
     how = "6S is not run: what the file hands to Py6S was computed anew"
     if found := own_model(subject):
         wrong = module[request.name] != found
@@ -185,14 +186,14 @@ def check(subject: Subject, request: Request) -> Proof:
     return proved(subject, how, run)
 
 
-def loaded(text: str) -> dict[str, Any]:
+def loaded(path: Path) -> dict[str, Any]:
     """The names of a written module, with a stand-in for Py6S that returns each method's name and arguments."""
 
     class Calls:
         def __getattr__(self, name: str) -> Callable[..., tuple[str, tuple[Any, ...]]]:
             return lambda *arguments: (name, arguments)
 
-    return executed(text, {"Py6S": {"GroundReflectance": Calls()}})
+    return executed(path, {"Py6S": {"GroundReflectance": Calls()}})
 
 
 PY6S = Target(

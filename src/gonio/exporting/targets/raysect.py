@@ -5,6 +5,7 @@ the light. evaluate_shading gives radiance x f x cosine, which Raysect divides b
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -162,7 +163,7 @@ class Base:
     """What the written class needs of Raysect's ContinuousBSDF: nothing."""
 
 
-def loaded(text: str, uniform: Any = None) -> dict[str, Any]:
+def loaded(path: Path, uniform: Any = None) -> dict[str, Any]:
     """The names of a written module, with stand-ins for Raysect's classes; uniform: where its numbers come from."""
     modules: Mapping[str, Mapping[str, Any]] = {
         "raysect": {},
@@ -172,12 +173,12 @@ def loaded(text: str, uniform: Any = None) -> dict[str, Any]:
         "raysect.optical": {"Vector3D": Vector},
         "raysect.optical.material": {"ContinuousBSDF": Base},
     }
-    return executed(text, modules)
+    return executed(path, modules)
 
 
 def check(subject: Subject, request: Request) -> Proof:
     """The BSDF that the written class gives at many pairs of directions; Raysect is not run."""
-    material = loaded(request.out.read_text(encoding="utf-8"))[request.name]()
+    material = loaded(request.out)[request.name]()
     label = min(subject.sets, key=float) if len(subject.sets) > 1 else subject.label
     one = subject.one(label) if len(subject.sets) > 1 else subject
     wavelength = float(label) if len(subject.sets) > 1 else 0.0

@@ -1,7 +1,6 @@
 """The function file of a BRTDfunc: the model's formula, and the frame in which Radiance's vectors are put."""
 
 import re
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,9 @@ from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.languages.radiance import CAL
+from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject
+from gonio.files import temporary_folder
 from gonio.geometry import Geometry
 from gonio.optics.diffuse import lambertian
 from gonio.symbols.formula import INCIDENCE, REFLECTION, Formula, formula_of
@@ -96,10 +97,11 @@ def evaluated(texts: list[str], geometry: Geometry) -> np.ndarray:
     if kind != "BRTDfunc":
         value = _ward(kind, reals, light, view)
     else:
-        known = _environment(view, reals)
-        _define(_COMMENT.sub("", texts[1]), known)
-        with np.errstate(all="ignore"):
-            value = reals[0] / np.pi + known[functions[0]](*light)
+        with np.errstate(all="ignore"), temporary_folder() as folder:
+            module = folder / "functions.py"
+            module.write_text(_as_python(_COMMENT.sub("", texts[1])), encoding="utf-8")
+            functions_by_name = executed(module, known=_environment(view, reals))
+            value = reals[0] / np.pi + functions_by_name[functions[0]](*light)
     return np.where(below, 0.0, value)
 
 
@@ -138,20 +140,15 @@ def _environment(view: np.ndarray, reals: list[float]) -> dict[str, Any]:
     return known
 
 
-def _define(text: str, known: dict[str, Any]) -> None:
-    """Every definition of a function file, which this module has written itself, as a function of Python."""
+def _as_python(text: str) -> str:
+    """The definitions of a function file as those of a module of Python, in their order."""
+    lines = []
     for definition in filter(str.strip, text.split(";")):
         head, _, body = definition.partition("=")
         found = _FUNCTION.match(head.strip())
         if found is None:
             raise ValueError(f"no definition of Radiance: {head.strip()!r}")
         name, arguments = found.groups()
-        known[name] = _compiled(arguments or "", " ".join(body.split()), known)
-        if arguments is None:
-            known[name] = known[name]()
-
-
-def _compiled(arguments: str, body: str, known: dict[str, Any]) -> Callable[..., Any]:
-    source = re.sub(r"\bif\(", "_if(", body).replace("^", "**")
-    function: Callable[..., Any] = eval(f"lambda {arguments}: {source}", known)
-    return function
+        value = re.sub(r"\bif\(", "_if(", " ".join(body.split())).replace("^", "**")
+        lines += [f"{name} = {value}"] if arguments is None else [f"def {name}({arguments}):", f"    return {value}"]
+    return "\n".join([*lines, ""])

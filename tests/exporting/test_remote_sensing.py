@@ -106,6 +106,12 @@ def test_libradtran_has_a_row_for_each_wavelength(tmp_path):
     assert "brdf_ambrals_file g.dat" in done.files[0].read_text()
 
 
+def test_a_lambertian_of_a_half_is_the_isotropic_kernel_of_libradtran(tmp_path):
+    done = written(case("lambert", rho=0.5), tmp_path / "g.dat", "libradtran")
+    assert [row[1:] for row in rows(done.files[0])] == [[0.5, 0.0, 0.0]] * 2
+    assert "brdf_ambrals_file" in done.files[0].read_text()
+
+
 def test_libradtran_cannot_do_without_rho0(tmp_path):
     with pytest.raises(ValueError, match="--hold rc="):
         write(case("rpv", **RPV | {"rc": 0.0}), tmp_path / "g.dat", "libradtran")

@@ -11,12 +11,14 @@ from gonio.exporting.source import proved
 from gonio.exporting.subject import Subject, Values
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.geometry import Geometry
+from gonio.models.lambert import lambert
 from gonio.models.rahman1993 import rpv
 from gonio.models.wanner1995 import ross_li
 
 EVERYWHERE = (100.0, 100_000.0)  # nm, beyond what libRadtran computes
-COLUMNS = {rpv: ("rho0", "k", "theta", "scale"), ross_li: ("iso", "vol", "geo")}
-OPTIONS = {rpv: "brdf_rpv_file", ross_li: "brdf_ambrals_file"}
+KERNELS = ("iso", "vol", "geo")
+COLUMNS = {rpv: ("rho0", "k", "theta", "scale"), ross_li: KERNELS, lambert: KERNELS}
+OPTIONS = {rpv: "brdf_rpv_file", ross_li: "brdf_ambrals_file", lambert: "brdf_ambrals_file"}
 QUANTITY = "libRadtran's parameters, from which it computes the reflectance factor, pi f"
 FRAME = "wavelengths in nm; libRadtran interpolates the parameters linearly between them"
 
@@ -51,6 +53,8 @@ def _rows(subject: Subject) -> tuple[list[tuple[float, Values]], tuple[str, ...]
 def _numbers(subject: Subject, values: Values) -> tuple[float, ...]:
     if subject.model is ross_li:
         return values["fiso"], values["fvol"], values["fgeo"]
+    if subject.model is lambert:
+        return values["rho"], 0.0, 0.0
     if values["rc"] <= 0:
         raise ValueError(
             "rc is 0, and libRadtran's RPV has its hot spot from rho0, which cannot be 0: "
@@ -70,8 +74,9 @@ def check(subject: Subject, request: Request) -> Proof:
     one = subject if len(subject.sets) == 1 else subject.one(min(subject.sets, key=float))
 
     def run(geometry: Geometry) -> np.ndarray:
-        return np.asarray(subject.model(geometry, values))
+        return np.asarray((rpv if subject.model is rpv else ross_li)(geometry, values))
 
+    values = _of_rpv(*numbers) if subject.model is rpv else dict(zip(ross_li.weights, numbers, strict=True))
     how = "libRadtran is not run: the parameters of the file were read back"
     return proved(one, how, run, limit=1e-6)  # nine digits, and kernels that nearly cancel
 
@@ -84,7 +89,7 @@ LIBRADTRAN = Target(
     name="libradtran",
     title="libRadtran",
     suffixes=(".dat", ".txt"),
-    writes="a table over wavelength for brdf_rpv_file or brdf_ambrals_file: rpv and ross-li",
+    writes="a table over wavelength for brdf_rpv_file or brdf_ambrals_file: rpv, ross-li and lambert",
     make=make,
     check=check,
 )

@@ -68,9 +68,6 @@ def check(subject: Subject, request: Request) -> Proof:
     text = request.out.read_text(encoding="utf-8")
     first = next(line for line in text.splitlines() if not line.startswith("#"))
     numbers = [float(v) for v in first.split()[1:]]
-    values = (
-        dict(zip(("fiso", "fvol", "fgeo"), numbers, strict=True)) if subject.model is ross_li else _of_rpv(*numbers)
-    )
     one = subject if len(subject.sets) == 1 else subject.one(min(subject.sets, key=float))
 
     def run(geometry: Geometry) -> np.ndarray:

@@ -68,9 +68,15 @@ def _vectors(z: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), z])
 
 
-def proved(subject: Subject, how: str, run: Callable[[Geometry], np.ndarray], limit: float = DOUBLE) -> Proof:
-    """The largest error of a printed program over PAIRS pairs, relative to the model's value there."""
-    geometry = pairs()
+def proved(
+    subject: Subject,
+    how: str,
+    run: Callable[[Geometry], np.ndarray],
+    limit: float = DOUBLE,
+    geometry: Geometry | None = None,
+) -> Proof:
+    """The largest error of a printed program over PAIRS pairs, or others, relative to the model's value there."""
+    geometry = geometry or pairs()
     expected = np.asarray(subject.brdf(geometry), dtype=float)
     found = np.asarray(run(geometry), dtype=float)
     scale = np.maximum(np.abs(expected), 1e-290)

@@ -18,8 +18,8 @@ from gonio.symbols.formula import INCIDENCE, REFLECTION
 from gonio.symbols.program import Program, Stage
 
 
-def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
-    """The lines of a module with the function NAME(w_i, w_r, values)."""
+def lines_of(subject: Subject, name: str, arrays: bool, docstring: Sequence[str] = ()) -> list[str]:
+    """The lines of a module with the function NAME(w_i, w_r, values); docstring: other lines than those of Python."""
     language = NUMPY if arrays else PYTHON
     program, numbers = programmed(subject)
     writer = Writer(language, f"_{name}")
@@ -28,8 +28,9 @@ def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
         f"{p!r}: {language.literal(v)}" for p, v in zip(subject.model.parameters, numbers["values"], strict=True)
     )
     library = "NumPy" if arrays else "plain Python"
+    told = docstring or heading(subject, f"{name}: {subject.model.title}, as {library}.")
     return [
-        '"""' + _docstring(heading(subject, f"{name}: {subject.model.title}, as {library}.")),
+        '"""' + _docstring(told),
         '"""',
         "",
         "import numpy as np" if arrays else "import math",

@@ -11,8 +11,8 @@ import numpy as np
 
 from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
+from gonio.exporting.running import executed
 from gonio.exporting.source import pairs, proved
-from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.python import lines_of

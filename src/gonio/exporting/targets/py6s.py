@@ -14,8 +14,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
+from gonio.exporting.running import executed
 from gonio.exporting.source import DOUBLE, proved
-from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject, Values
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.python import lines_of

@@ -1,6 +1,5 @@
 """Python: a module of plain numbers, and one of NumPy's arrays. Neither imports gonio."""
 
-import runpy
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.languages.python import NUMPY, PRELUDE, PYTHON
+from gonio.exporting.running import executed
 from gonio.exporting.source import programmed, proved
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
@@ -100,7 +100,7 @@ def run_python(subject: Subject, geometry: Geometry, arrays: bool = False) -> np
 
 def _run(file: Path, name: str, geometry: Geometry, arrays: bool) -> np.ndarray:
     """What a module gives that gonio has just written."""
-    function = runpy.run_path(str(file))[name]
+    function = executed(file)[name]
     vectors = np.stack(np.broadcast_arrays(*geometry), axis=-1)
     if arrays:
         return np.asarray(function(vectors[..., :3], vectors[..., 3:]))

@@ -15,8 +15,8 @@ from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.languages.python import PYTHON
 from gonio.exporting.mixture import Mixture, mixture
+from gonio.exporting.running import executed
 from gonio.exporting.source import proved
-from gonio.exporting.stand_ins import executed
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.python import lines_of

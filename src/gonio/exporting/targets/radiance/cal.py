@@ -9,7 +9,7 @@ from gonio.exporting.frames import isotropic
 from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.languages.radiance import CAL
-from gonio.exporting.stand_ins import executed
+from gonio.exporting.running import executed
 from gonio.exporting.subject import Subject
 from gonio.files import temporary_folder
 from gonio.geometry import Geometry

@@ -113,7 +113,7 @@ def _content(card: Card, subject: Subject, request: Request) -> Made:
     lines = [f"# {line}".rstrip() for line in heading(shown, what)]
     lines += ["#", *(f"# {line}" for line in card.formula)]
     told = remarks(subject, found) + excess(tis)
-    lines += [f"# {line}" for remark in told for line in textwrap.wrap(remark, WIDTH)]
+    lines += [f"# {line}" for remark in told for line in textwrap.wrap(remark, WIDTH, break_on_hyphens=False)]
     for label, name in names(shown, request.name).items():
         lines += ["", *_block(shown, label, name, tis[label])]
     return Made({request.out.name: "\n".join(lines) + "\n"}, told, {**found.numbers, "highest_tis": highest})

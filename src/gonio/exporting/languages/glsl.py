@@ -4,23 +4,24 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from gonio.exporting.languages.c import rows
-from gonio.exporting.languages.shading import VECTOR, Arguments, Shading
+from gonio.exporting.languages.shading import OWN, VECTOR, Arguments, Shading
 
 _WORDS = (
     "attribute const uniform varying buffer shared coherent volatile restrict readonly writeonly atomic_uint layout "
     "centroid flat smooth noperspective patch sample break continue do for while switch case default if else "
     "subroutine in out inout float double int void bool true false invariant precise discard return struct lowp "
     "mediump highp precision common partition active asm class union enum typedef template this resource goto inline "
-    "noinline public static extern external interface long short half fixed unsigned superp input output filter sizeof "
-    "cast namespace using packed main hvec2 hvec3 hvec4 fvec2 fvec3 fvec4 dvec2 dvec3 dvec4 sampler1D sampler2D "
-    "sampler3D samplerCube sampler2DRect image1D image2D image3D imageBuffer row_major uint vec2 vec3 vec4 ivec2 ivec3 "
-    "ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 mat2 mat3 mat4"
+    "noinline public static extern external interface long short half fixed unsigned superp input output filter "
+    "sizeof cast namespace using packed main hvec2 hvec3 hvec4 fvec2 fvec3 fvec4 dvec2 dvec3 dvec4 sampler1D "
+    "sampler2D sampler3D samplerCube sampler2DRect image1D image2D image3D imageBuffer row_major uint vec2 vec3 vec4 "
+    "ivec2 ivec3 ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 mat2 mat3 mat4"
 )
 _FUNCTIONS = (
-    "radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt inversesqrt "
-    "abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan isinf fma frexp "
-    "ldexp length distance dot cross normalize ftransform faceforward reflect refract outerProduct transpose "
-    "determinant inverse lessThan greaterThan equal any all not texture dFdx dFdy fwidth noise1 noise2 noise3 noise4"
+    "radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt "
+    "inversesqrt abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan "
+    "isinf fma frexp ldexp length distance dot cross normalize ftransform faceforward reflect refract outerProduct "
+    "transpose determinant inverse lessThan greaterThan equal any all not texture dFdx dFdy fwidth noise1 noise2 "
+    "noise3 noise4"
 )
 FUNCTIONS = frozenset(_FUNCTIONS.split())
 KEYWORDS = frozenset(_WORDS.split())
@@ -32,7 +33,7 @@ class GLSL(Shading):
     name = "glsl"
     title = "GLSL"
     suffix = ".glsl"
-    reserved = KEYWORDS | FUNCTIONS
+    reserved = KEYWORDS | FUNCTIONS | OWN
     functions: ClassVar = {"atan2": "atan"}
 
     def identifier(self, name: str) -> str:

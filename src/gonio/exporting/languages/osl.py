@@ -3,21 +3,22 @@
 from collections.abc import Sequence
 
 from gonio.exporting.languages.c import rows
-from gonio.exporting.languages.shading import VECTOR, Arguments, Shading
+from gonio.exporting.languages.shading import OWN, VECTOR, Arguments, Shading
 
 _WORDS = (
-    "and break closure color continue do else emit float for if illuminance illuminate int matrix normal not or output "
-    "point public return string struct vector void while bool case catch char class const delete default double enum "
-    "extern false friend goto inline long new operator private protected short signed sizeof static switch template "
-    "this throw true try typedef uniform union unsigned varying virtual volatile shader surface displacement volume "
-    "P I N Ng u v dPdu dPdv Ps time dtime dPdtime Ci M_PI M_E"
+    "and break closure color continue do else emit float for if illuminance illuminate int matrix normal not or "
+    "output point public return string struct vector void while bool case catch char class const delete default "
+    "double enum extern false friend goto inline long new operator private protected short signed sizeof static "
+    "switch template this throw true try typedef uniform union unsigned varying virtual volatile shader surface "
+    "displacement volume P I N Ng u v dPdu dPdv Ps time dtime dPdtime Ci M_PI M_E"
 )
 _FUNCTIONS = (
-    "degrees radians cos sin tan asin acos atan atan2 sincos sinh cosh tanh pow exp exp2 expm1 log log2 log10 logb sqrt "
-    "inversesqrt cbrt hypot abs fabs sign floor ceil round trunc fmod mod min max clamp mix select isnan isinf isfinite "
-    "erf erfc cross dot length distance normalize faceforward reflect refract fresnel rotate transform noise step "
-    "linearstep smoothstep luminance emission diffuse area Dx Dy Dz filterwidth calculatenormal"
+    "degrees radians cos sin tan asin acos atan atan2 sincos sinh cosh tanh pow exp exp2 expm1 log log2 log10 logb "
+    "sqrt inversesqrt cbrt hypot abs fabs sign floor ceil round trunc fmod mod min max clamp mix select isnan isinf "
+    "isfinite erf erfc cross dot length distance normalize faceforward reflect refract fresnel rotate transform noise "
+    "step linearstep smoothstep luminance emission diffuse area Dx Dy Dz filterwidth calculatenormal"
 )
+_SHADER = "light_direction irradiance BSDF view to_light to_view radiance x y z"  # names of the shader that is written
 
 
 class OSL(Shading):
@@ -26,8 +27,7 @@ class OSL(Shading):
     name = "osl"
     title = "OSL"
     suffix = ".osl"
-    reserved = frozenset((*_WORDS.split(), *_FUNCTIONS.split()))
-    missing = Shading.missing | {"asinh", "acosh", "atanh"}
+    reserved = frozenset((*_WORDS.split(), *_FUNCTIONS.split(), *_SHADER.split())) | OWN
     tables_are_local = True
 
     def literal(self, value: float | bool) -> str:

@@ -7,6 +7,7 @@ from gonio.exporting.languages.single import Single
 
 Arguments = Sequence[tuple[str, int]]  # names, with the length of an array, or VECTOR
 VECTOR = 0
+OWN = frozenset({"w_i", "w_r", "pre", "inc", "values", "result"})  # arguments of the functions
 
 
 class Shading(Single):

@@ -1,5 +1,6 @@
 """GLSL: functions for WebGL 2 and for OpenGL, with the numbers in the text or as uniforms."""
 
+import unicodedata
 from collections.abc import Sequence
 
 from gonio.exporting.heading import heading
@@ -14,6 +15,7 @@ from gonio.model import Model
 from gonio.symbols.formula import formula_of
 from gonio.symbols.program import staged
 
+_DASHES = {0x2010: "-", 0x2013: "-", 0x2014: "-", 0x2212: "-"}
 PRECISION = ["#ifdef GL_ES", "precision highp float;", "#endif"]
 
 
@@ -53,8 +55,18 @@ def functions_of(model: Model, name: str) -> Functions:
 
 
 def commented(subject: Subject, what: str, comment: str = "//") -> list[str]:
-    """The heading of a file, each line a comment: no line of it can end one, nor continue on the next."""
-    return [f"{comment} {line}".rstrip().rstrip("\\") for line in heading(subject, what)]
+    """The heading of a file as comments in ASCII, as some drivers take no more.
+
+    No text can leave its comment: a line has no break, and no backslash at its end that would continue it.
+    """
+    lines = "\n".join(heading(subject, what)).translate(_DASHES).splitlines()
+    return [f"{comment} {_ascii(line)}".rstrip(" \\") for line in lines]
+
+
+def _ascii(line: str) -> str:
+    """Letters without their accents, and a question mark for what has no letter of its own."""
+    letters = (c for c in unicodedata.normalize("NFKD", line) if not unicodedata.combining(c))
+    return "".join(letters).encode("ascii", "replace").decode()
 
 
 def make(subject: Subject, request: Request) -> Made:

@@ -18,7 +18,14 @@ _FUNCTIONS = (
     "isfinite erf erfc cross dot length distance normalize faceforward reflect refract fresnel rotate transform noise "
     "step linearstep smoothstep luminance emission diffuse area Dx Dy Dz filterwidth calculatenormal"
 )
-_SHADER = "light_direction irradiance BSDF view to_light to_view radiance x y z"  # names of the shader that is written
+_CLOSURES = (
+    "absorption ambient_occlusion anisotropic_vdf ashikhmin_velvet background base bssrdf conductor_bsdf debug "
+    "dielectric_bsdf diffuse diffuse_ramp diffuse_toon draine fournier_forand glossy_toon hair_chiang hair_huang "
+    "henyey_greenstein holdout layer medium_vdf microfacet oren_nayar phong phong_ramp ray_portal_bsdf rayleigh "
+    "reflection refraction sheen sheen_bsdf subsurface top translucent transparent uniform_edf ward"
+)
+# Names of the shader that is written.
+_SHADER = "light_direction irradiance BSDF view to_light to_view radiance frame_x frame_y frame_z"
 
 
 class OSL(Shading):
@@ -27,7 +34,7 @@ class OSL(Shading):
     name = "osl"
     title = "OSL"
     suffix = ".osl"
-    reserved = frozenset((*_WORDS.split(), *_FUNCTIONS.split(), *_SHADER.split())) | OWN
+    reserved = frozenset((*_WORDS.split(), *_FUNCTIONS.split(), *_CLOSURES.split(), *_SHADER.split())) | OWN
     tables_are_local = True
 
     def literal(self, value: float | bool) -> str:

@@ -18,19 +18,19 @@ PREVIEW = (
 )
 # The tangent is that of the surface's first coordinate, and any where a surface has none.
 _BODY = """\
-    vector z = normalize(N);
-    vector view = dot(I, z) > 0.0 ? I : -I; // Cycles has I from the surface, the specification to it
-    vector x = dPdu - dot(dPdu, z) * z;
-    if (length(x) < 1e-6) {{
-        x = abs(z[0]) < 0.9 ? vector(1.0, 0.0, 0.0) : vector(0.0, 1.0, 0.0);
-        x = x - dot(x, z) * z;
+    vector frame_z = normalize(N);
+    vector view = dot(I, frame_z) > 0.0 ? I : -I; // Cycles has I from the surface, the specification to it
+    vector frame_x = dPdu - dot(dPdu, frame_z) * frame_z;
+    if (length(frame_x) < 1e-6) {{
+        frame_x = abs(frame_z[0]) < 0.9 ? vector(1.0, 0.0, 0.0) : vector(0.0, 1.0, 0.0);
+        frame_x = frame_x - dot(frame_x, frame_z) * frame_z;
     }}
-    x = normalize(x);
-    vector y = cross(z, x);
+    frame_x = normalize(frame_x);
+    vector frame_y = cross(frame_z, frame_x);
     vector to_light = normalize(light_direction);
     vector to_view = normalize(view);
-    vector w_i = vector(dot(to_light, x), dot(to_light, y), dot(to_light, z));
-    vector w_r = vector(dot(to_view, x), dot(to_view, y), dot(to_view, z));
+    vector w_i = vector(dot(to_light, frame_x), dot(to_light, frame_y), dot(to_light, frame_z));
+    vector w_r = vector(dot(to_view, frame_x), dot(to_view, frame_y), dot(to_view, frame_z));
     float radiance = 0.0;
     if (w_i[2] > 0.0 && w_r[2] > 0.0) {{
         float values[{count}] = {{ {values} }};

@@ -61,8 +61,8 @@ lock: ## pins every dependency anew (needs uv)
 	$(COMPILE) --extra build --extra test -c locks/run.lock -o locks/test.lock
 	$(COMPILE) --extra build --extra cluster benchmarks/peers.in --override benchmarks/peers-override.in -c locks/test.lock \
 		-o locks/bench.lock
-	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
-	printf 'eradiate-mitsuba\nraysect\npyyaml\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/exports.lock
+	printf 'eradiate-mitsuba\nmaterialx\npygltflib\npyyaml\nraysect\nusd-core\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/exports.lock
+	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\nwgpu\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
 
 BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck designs figures fuzz interrupt \
 	intervals lowest mutation mutation-printers newest nist planted spectral validated

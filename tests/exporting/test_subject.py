@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gonio
+import gonio.exporting
 from gonio.exporting.heading import heading
 from gonio.exporting.subject import ONE, of_model, of_solution, points_digest
 
@@ -129,3 +130,19 @@ def test_the_heading_says_what_the_model_violates():
 
 def test_one_set_has_one_label(fitted):
     assert list(of_solution(fitted).sets) == [ONE]
+
+
+def clashing(
+    g, values: float = 0.4, pre: float = 0.3, w_i: float = 0.2, inc: float = 0.1, f: float = 0.1, math: float = 1.0
+):
+    """A model of a user whose parameters are called as our own arguments are."""
+    return (values + pre + w_i + inc + f) * math * g.cos_beta
+
+
+@pytest.mark.parametrize("to", ["c", "javascript", "python", "numpy"])
+def test_a_parameter_may_be_called_anything(to, tmp_path):
+    """A name of the language, or of the functions that are printed, is no clash."""
+    bounds = dict.fromkeys(("values", "pre", "w_i", "inc", "f", "math"), (0.0, 2.0))
+    model = gonio.Model.from_function(clashing, bounds, name="int", weight="double", title='"""*/ //\n-->')
+    path = tmp_path / f"x{gonio.exporting.targets()[to].suffixes[0]}"
+    assert gonio.export(model, path, to=to, values={"double": 0.5}).prove().holds

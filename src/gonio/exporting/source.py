@@ -1,6 +1,5 @@
 """What all targets share that write source code: names, values with what they mean, and the proof of the formula."""
 
-import keyword
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gonio.exporting.languages import c, javascript, python
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Proof
 from gonio.geometry import Geometry
@@ -16,6 +16,7 @@ from gonio.symbols.formula import formula_of
 from gonio.symbols.graph import Node
 from gonio.symbols.program import Program, staged
 
+RESERVED = c.KEYWORDS | javascript.KEYWORDS | python.RESERVED  # a name serves for every language
 DOUBLE = 1e-12  # relative error of printed double precision: some hundred operations
 PAIRS = 200
 
@@ -24,7 +25,7 @@ def identifier(text: str) -> str:
     """A name for a program: letters, digits and underscores, of which the first is no digit."""
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "model"
     name = f"_{name}" if name[0].isdigit() else name
-    return f"{name}_" if keyword.iskeyword(name) else name
+    return f"{name}_" if name in RESERVED else name
 
 
 def programmed(subject: Subject) -> tuple[Program, dict[str, list[float]]]:

@@ -11,7 +11,8 @@ _WORDS = (
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
     "gamma lgamma tgamma y0 y1 yn j0 j1 jn I index signgam"
 )
-KEYWORDS = frozenset(_WORDS.split())  # and functions and macros of <math.h>
+# Functions and macros of <math.h> too, and what arguments of our functions are called.
+KEYWORDS = frozenset((*_WORDS.split(), "values", "pre", "inc", "w_i", "w_r"))
 
 
 class C(Language):

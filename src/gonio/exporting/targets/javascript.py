@@ -148,7 +148,8 @@ def run_node(program: str, module: str, call: str, geometry: Geometry) -> np.nda
         [program, "--input-type=module", "-"], input=script, capture_output=True, text=True, check=False
     )
     if done.returncode:
-        raise ValueError(f"Node refuses the module: {done.stderr.strip().splitlines()[-1]}")
+        said = [line for line in done.stderr.splitlines() if "Error" in line]
+        raise ValueError(f"Node refuses the module: {said[0] if said else 'it says nothing'}")
     return np.array([float(v) for v in json.loads(done.stdout)])
 
 

@@ -5,10 +5,12 @@ import math
 import re
 import struct
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from gonio.door.binary import mapped
 from gonio.exporting.heading import heading
 from gonio.exporting.materials.fitted import RGB, Material, material
 from gonio.exporting.materials.physically_based import GLTF, OPENPBR, USD
@@ -42,21 +44,36 @@ def glb(subject: Subject, request: Request) -> Made:
     document = {
         "asset": {"version": "2.0", "generator": "gonio", "extras": {"gonio": _heading(subject, found, "glTF 2.0")}},
         "extensionsUsed": ["KHR_materials_specular"],
+        "materials": [_gltf_material(request.name, found)],
+        **_scene(request.name, positions, indices, len(vertices), len(faces)),
+    }
+    text = json.dumps(document, ensure_ascii=True).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), _JSON) + text
+    chunks += struct.pack("<II", len(vertices) + len(faces), _BINARY) + vertices + faces
+    content = struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    return Made({request.out.name: content}, found.remarks, _numbers(found))
+
+
+def _gltf_material(name: str, found: Material) -> dict[str, object]:
+    return {
+        "name": name,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*(_rounded(c) for c in found.colour), 1.0],
+            "metallicFactor": _rounded(found.shape["metallic"]),
+            "roughnessFactor": _rounded(found.shape["roughness"]),
+        },
+        "extensions": {"KHR_materials_specular": {"specularFactor": _rounded(found.shape["specular"])}},
+    }
+
+
+def _scene(name: str, positions: np.ndarray, indices: np.ndarray, vertices: int, faces: int) -> dict[str, object]:
+    """One node with the sphere, and where its points and triangles lie in the buffer, by their numbers of bytes."""
+    return {
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "name": request.name}],
+        "nodes": [{"mesh": 0, "name": name}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 0}, "indices": 1, "material": 0}]}],
-        "materials": [
-            {
-                "name": request.name,
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": [*(_rounded(c) for c in found.colour), 1.0],
-                    "metallicFactor": _rounded(found.shape["metallic"]),
-                    "roughnessFactor": _rounded(found.shape["roughness"]),
-                },
-                "extensions": {"KHR_materials_specular": {"specularFactor": _rounded(found.shape["specular"])}},
-            }
-        ],
         "accessors": [
             {
                 **{"bufferView": 0, "componentType": _FLOAT, "count": len(positions), "type": "VEC3"},
@@ -65,17 +82,11 @@ def glb(subject: Subject, request: Request) -> Made:
             {"bufferView": 1, "componentType": _UNSIGNED, "count": indices.size, "type": "SCALAR"},
         ],
         "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": len(vertices), "target": _ARRAY},
-            {"buffer": 0, "byteOffset": len(vertices), "byteLength": len(faces), "target": _ELEMENTS},
+            {"buffer": 0, "byteOffset": 0, "byteLength": vertices, "target": _ARRAY},
+            {"buffer": 0, "byteOffset": vertices, "byteLength": faces, "target": _ELEMENTS},
         ],
-        "buffers": [{"byteLength": len(vertices) + len(faces)}],
+        "buffers": [{"byteLength": vertices + faces}],
     }
-    text = json.dumps(document, ensure_ascii=True).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), _JSON) + text
-    chunks += struct.pack("<II", len(vertices) + len(faces), _BINARY) + vertices + faces
-    content = struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
-    return Made({request.out.name: content}, found.remarks, _numbers(found))
 
 
 def _sphere() -> tuple[np.ndarray, np.ndarray]:
@@ -201,6 +212,11 @@ def read_mtlx(content: bytes) -> dict[str, float | list[float]]:
     return {"colour": colour} | {ours: float(found[theirs]) for ours, theirs in names.items()}
 
 
+def _bytes(file: Path) -> bytes:
+    with mapped(file) as content:
+        return bytes(content)
+
+
 Read = Callable[[bytes], Mapping[str, float | list[float]]]
 
 
@@ -208,7 +224,7 @@ def _check(model: Model, title: str, read: Read) -> Callable[[Subject, Request],
     """The parameters of the written file, read again, against those that were fitted, as values of the BRDF."""
 
     def check(subject: Subject, request: Request) -> Proof:
-        written, fitted = dict(read(request.out.read_bytes())), material(subject, model, title)
+        written, fitted = dict(read(_bytes(request.out))), material(subject, model, title)
         colour = written.pop("colour")
         geometry, error = pairs(), 0.0
         for mine, theirs in zip(fitted.colour, colour, strict=True):  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ import pytest
 from browser import browser
 from report.conftest import KINDS
 
+pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
 A4 = 297.0  # mm
 MARGINS = 34.0  # mm, above and below together
 MM = 96 / 25.4  # pixels

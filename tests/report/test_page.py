@@ -13,6 +13,7 @@ from gonio.reporting.citation import reference
 from gonio.results.content import content
 from report.conftest import DATE, HOSTILE, KINDS, of, painted
 
+pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 SECTIONS = (
     *("identification", "sample", "instrument", "method", "environment", "conventions", "results", "uncertainty"),

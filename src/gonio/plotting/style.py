@@ -219,10 +219,15 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
         fit_to_page(figure)
         if any(target.suffix.lower() == ".png" for target in targets):
             _refuse_vast(figure)
-        for target in targets:
-            kind = target.suffix.lower().removeprefix(".")
-            with replacing(target, force) as temporary:
-                figure.savefig(temporary, format=kind, metadata=UNDATED.get(kind))
+        engine = figure.get_layout_engine()
+        try:
+            for target in targets:
+                kind = target.suffix.lower().removeprefix(".")
+                with replacing(target, force) as temporary:
+                    figure.savefig(temporary, format=kind, metadata=UNDATED.get(kind))
+                figure.set_layout_engine("none")  # to find room for the panels anew takes as long as to draw them
+        finally:
+            figure.set_layout_engine(engine)
     return targets
 
 

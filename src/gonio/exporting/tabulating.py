@@ -40,7 +40,7 @@ class Error:
     rms: the root mean square difference over that of the model, at random pairs, of f cos(theta_i) cos(theta_r): where
     a BRDF has no bound towards grazing, less and less light is meant. log10_rmse: of decimal logarithms of f, where
     both are positive. lost: the share of pairs at which the table has no value. albedo: the largest relative
-    difference of the directional-hemispherical reflectance at ALBEDO_AT, NaN where the table has none there.
+    difference of the directional-hemispherical reflectance at ALBEDO_AT, NaN for a list of directions, and for means.
     """
 
     rms: float
@@ -162,7 +162,7 @@ def error_of(subject: Subject, read_back: xr.Dataset, seed: int = 1) -> Error:
     squares, total, lost, logarithms = 0.0, 0.0, 0, [np.zeros(0)]
     albedo: list[float] = []
     parts = list(sets_of(read_back))
-    nodes = [] if exact_reflectances(parts[0][1]) is not None else [projected_nodes(t) for t in ALBEDO_AT]
+    nodes = [projected_nodes(t) for t in ALBEDO_AT] if is_table(parts[0][1]) else []
     hemispheres = [(t.theta_i, np.minimum(t.theta_r, HORIZON_AT), t.phi) for t, _ in nodes]
     asked = np.concatenate([np.stack(pairs(seed)), *(np.stack(angles) for angles in hemispheres)], axis=1)
     for key, part in parts:
@@ -189,6 +189,11 @@ def error_of(subject: Subject, read_back: xr.Dataset, seed: int = 1) -> Error:
         lost / (len(parts) * PAIRS),
         max(albedo, default=math.nan),
     )
+
+
+def is_table(part: xr.Dataset) -> bool:
+    """Whether values are on a grid and no means: in a list thousands of directions are slow to look up."""
+    return part["brdf"].dims != ("direction",) and exact_reflectances(part) is None
 
 
 def _albedo_error(weights: Values, found: Values, expected: Values) -> list[float]:

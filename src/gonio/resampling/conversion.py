@@ -117,6 +117,8 @@ def convert(
         ready = add_history(
             ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced), target)}"
         )
+    if target.remark is not None and (remark := target.remark(ready)):
+        ready = add_history(ready, f"{target.title}: {remark}")
     if left_out:
         ready = add_history(ready, f"left out for {target.title}: {'; '.join(left_out)}")
     # Read back under its temporary name: a file that cannot be read never takes the place of one that can.

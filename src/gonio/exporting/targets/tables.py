@@ -4,6 +4,8 @@ The model is evaluated at the directions that the format stores, on a grid chose
 file is read back and compared with the model, and one that is too far off is refused.
 """
 
+import xarray as xr
+
 from gonio.exporting.heading import heading
 from gonio.exporting.subject import Subject
 from gonio.exporting.tabulating import Error, error_of, lobe_of, table_of, told, written
@@ -11,7 +13,7 @@ from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.files import FormatError
 from gonio.formats import formats
 from gonio.formats.format import Format
-from gonio.resampling.hemisphere import excessive, reflectances
+from gonio.resampling.hemisphere import Reflectance, excessive, reflectances
 
 FINER = (1.0, 2.0)  # times: the grid from the model's own width, and a finer one where that is not enough
 OTHERS = {"fred": "fred-table", "radiance": "radiance-xml"}  # targets of these names write a program's own models
@@ -52,7 +54,7 @@ def _made(target: Format, subject: Subject, request: Request) -> Made:
     return Made(files, tuple(remarks), numbers)
 
 
-def _remarks(scan, target: Format, last: float, error: Error) -> list[str]:
+def _remarks(scan: xr.Dataset, target: Format, last: float, error: Error) -> list[str]:
     found = [target.remark(scan)] if target.remark is not None else []
     if target.means is not None:
         found.append("values are means over pairs of patches, which keep the energy: at one direction the model differs")
@@ -67,11 +69,8 @@ def _remarks(scan, target: Format, last: float, error: Error) -> list[str]:
     return [line for line in found if line]
 
 
-def _reflectances(read_back):
-    try:
-        return reflectances(read_back)
-    except ValueError:  # too many scattered directions
-        return []
+def _reflectances(read_back: xr.Dataset) -> list[Reflectance]:
+    return [] if read_back["brdf"].dims == ("direction",) else reflectances(read_back)
 
 
 def _checked(target: Format, subject: Subject, request: Request) -> Proof:

@@ -1,4 +1,4 @@
-"""Tables of models: every format that is written is a target, its error is stated, and a table too far off is refused."""
+"""Tables of models: each format that is written is a target, its error stated, and a table too far off refused."""
 
 import re
 
@@ -64,9 +64,10 @@ def test_a_lambertian_of_a_half_comes_back_as_that_over_pi(target, tmp_path):
     found = at(again, theta_i[some], theta_r[some], phi[some])
     has = np.isfinite(found)
     assert has.mean() > (0.7 if target.name == "utia" else 0.97)
-    # files hold decimal or single-precision numbers, and azimuths in radians
-    np.testing.assert_allclose(found[has], 0.5 / np.pi, rtol=1e-5)
-    assert done.numbers["relative_rms_error"] < 1e-5
+    # Files hold decimal or single-precision numbers. RGL's are f cos(theta_r), linear between 64 samples of a cosine.
+    limit = 6e-3 if target.name == "rgl" else 1e-5
+    np.testing.assert_allclose(found[has], 0.5 / np.pi, rtol=limit)
+    assert done.numbers["relative_rms_error"] < limit
     stated = f"{again.attrs['provenance']}{again.attrs['history']}"
     beside = done.files[1].read_text() if len(done.files) > 1 else ""
     assert "rho_d = 0.5" in stated + beside or "= 0.5" in stated + beside
@@ -121,7 +122,9 @@ def test_radiance_xml_is_written_for_both_sides(tmp_path):
 
 
 def test_a_table_too_far_off_is_refused_with_the_remedy_and_nothing_is_written(tmp_path):
-    with pytest.raises(ValueError, match=r"would differ from ggx by \d+.* --worst allows 10 %.*145 incident x 145") as e:
+    with pytest.raises(
+        ValueError, match=r"would differ from ggx by \d+.* --worst allows 10 %.*145 incident x 145"
+    ) as e:
         export(tmp_path, "radiance-xml", GGX | {"width": 0.03})
     assert "--to mitsuba" in str(e.value)
     assert not list(tmp_path.iterdir())
@@ -206,7 +209,7 @@ def test_a_table_that_was_changed_is_no_proof(tmp_path):
         cells[column] = str(1.5 * float(cells[column]))
         text[k] = ",".join(cells)
     done.files[0].write_text("\n".join(text) + "\n")
-    with pytest.raises(ValueError, match="differs from the model by 0.5"):
+    with pytest.raises(ValueError, match=r"differs from the model by 0\.5"):
         done.prove()
 
 
@@ -223,7 +226,10 @@ def test_the_error_is_of_what_was_read(tmp_path):
     assert found.lost == 0
     assert "pairs_without_a_value" not in found.numbers
     assert error_of(subject, twice.where(twice["theta_i"] < 50)).lost == pytest.approx(0.5, abs=0.1)
-    assert Error(0.1, float("nan"), 0.2, float("nan")).numbers == {"relative_rms_error": 0.1, "pairs_without_a_value": 0.2}
+    assert Error(0.1, float("nan"), 0.2, float("nan")).numbers == {
+        "relative_rms_error": 0.1,
+        "pairs_without_a_value": 0.2,
+    }
 
 
 def test_half_of_the_pairs_are_at_the_lobe():

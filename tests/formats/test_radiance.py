@@ -125,8 +125,12 @@ def test_an_opaque_sample_is_seen_on_both_sides_and_one_that_names_its_side_on_t
     assert "black" in FORMAT.remark(scan.assign_coords(side="front"))
     assert FORMAT.remark(scan.assign_coords(side="back")) == ""
     assert FORMAT.read(tmp_path / "front.xml")["side"].values.tolist() == ["front"]
-    two = re.sub("Reflection Back(.*?)<ScatteringData>\n[^,]*", r"Reflection Back\1<ScatteringData>\n0.5",
-                 (tmp_path / "both.xml").read_text(), flags=re.DOTALL)
+    two = re.sub(
+        "Reflection Back(.*?)<ScatteringData>\n[^,]*",
+        r"Reflection Back\1<ScatteringData>\n0.5",
+        (tmp_path / "both.xml").read_text(),
+        flags=re.DOTALL,
+    )
     (tmp_path / "two.xml").write_text(two)
     assert FORMAT.read(tmp_path / "two.xml")["side"].values.tolist() == ["front", "back"]  # sides that differ are two
 

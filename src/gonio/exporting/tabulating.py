@@ -24,7 +24,7 @@ from gonio.resampling.sources import sets_of
 
 Values = npt.NDArray[np.float64]
 
-PAIRS = 2_000  # random pairs of directions of each set
+PAIRS, FEWER = 20_000, 2_000  # random pairs of directions of each set, and of a list, which is slow to look up
 STEEPEST = 85.0  # deg: of these pairs; towards the horizon many models have no bound
 NEAR = 10.0  # deg from the mirror direction, where half of the pairs are
 ALBEDO_AT = (0.0, 45.0, 75.0, 85.0)  # deg
@@ -137,7 +137,9 @@ def _listed(scan: xr.Dataset) -> xr.Dataset:
     """The values as a list of directions, each once: about the mirror direction all azimuths are one."""
     flat = flatten(scan)
     names = [n for n in (*DIRECTIONS, *SETS) if n in flat.coords]
-    columns = [np.unique(flat[n].values if n in SETS else flat[n].values.round(6), return_inverse=True)[1] for n in names]
+    columns = [
+        np.unique(flat[n].values if n in SETS else flat[n].values.round(6), return_inverse=True)[1] for n in names
+    ]
     first = np.unique(np.column_stack(columns), axis=0, return_index=True)[1]
     return flat.isel(direction=np.sort(first))
 
@@ -164,16 +166,17 @@ def error_of(subject: Subject, read_back: xr.Dataset, seed: int = 1) -> Error:
     parts = list(sets_of(read_back))
     nodes = [projected_nodes(t) for t in ALBEDO_AT] if is_table(parts[0][1]) else []
     hemispheres = [(t.theta_i, np.minimum(t.theta_r, HORIZON_AT), t.phi) for t, _ in nodes]
-    asked = np.concatenate([np.stack(pairs(seed)), *(np.stack(angles) for angles in hemispheres)], axis=1)
+    count = PAIRS if is_table(parts[0][1]) else FEWER
+    asked = np.concatenate([np.stack(pairs(seed, count)), *(np.stack(angles) for angles in hemispheres)], axis=1)
     for key, part in parts:
         brdf = brdf_of(subject, _of_part(subject, key))
         found, expected = _resampled(part, *asked), brdf(*asked)  # in one call, which triangulates a list only once
-        starts = PAIRS + np.cumsum([0, *(len(w) for _, w in nodes)])
+        starts = count + np.cumsum([0, *(len(w) for _, w in nodes)])
         for (_, weights), start in zip(nodes, starts, strict=False):
             some = slice(start, start + len(weights))
             albedo += _albedo_error(weights, found[some], expected[some])
-        found, expected = found[:PAIRS], expected[:PAIRS]
-        light = np.cos(np.radians(asked[0, :PAIRS])) * np.cos(np.radians(asked[1, :PAIRS]))
+        found, expected = found[:count], expected[:count]
+        light = np.cos(np.radians(asked[0, :count])) * np.cos(np.radians(asked[1, :count]))
         has = np.isfinite(found)
         error, whole = ((found - expected) * light)[has], (expected * light)[has]
         scale = float(np.max(np.abs(whole), initial=0.0)) or 1.0  # all sets count alike
@@ -186,7 +189,7 @@ def error_of(subject: Subject, read_back: xr.Dataset, seed: int = 1) -> Error:
     return Error(
         math.sqrt(squares / total) if total else math.nan,
         math.sqrt(float(np.mean(every**2))) if every.size else math.nan,
-        lost / (len(parts) * PAIRS),
+        lost / (len(parts) * count),
         max(albedo, default=math.nan),
     )
 
@@ -221,19 +224,19 @@ def _resampled(part: xr.Dataset, theta_i: Values, theta_r: Values, phi: Values) 
     return np.ravel(found)
 
 
-def pairs(seed: int) -> tuple[Values, Values, Values]:
-    """theta_i, theta_r and phi [deg] of PAIRS random pairs within STEEPEST, half of them NEAR the mirror direction."""
+def pairs(seed: int, count: int = FEWER) -> tuple[Values, Values, Values]:
+    """theta_i, theta_r and phi [deg] of random pairs within STEEPEST, half of them NEAR the mirror direction."""
     random = np.random.default_rng(seed)
     found: list[Values] = []
     for share in (0.5, 0.5):
-        theta_i = random.uniform(0.0, STEEPEST, 8 * PAIRS)
+        theta_i = random.uniform(0.0, STEEPEST, 8 * count)
         if len(found):
             theta_s, phi_s = NEAR * np.sqrt(random.uniform(0, 1, len(theta_i))), random.uniform(0, 360, len(theta_i))
             _, theta_r, phi, _ = SYSTEMS["specular"].directions(theta_i, theta_s, phi_s)
         else:
             theta_r = np.degrees(np.arccos(random.uniform(0, 1, len(theta_i))))
             phi = random.uniform(0.0, 360.0, len(theta_i))
-        rows = np.flatnonzero(theta_r <= STEEPEST)[: int(share * PAIRS)]
+        rows = np.flatnonzero(theta_r <= STEEPEST)[: int(share * count)]
         found.append(np.stack([theta_i[rows], theta_r[rows], phi[rows]]))
     theta_i, theta_r, phi = np.concatenate(found, axis=1)
     return theta_i, theta_r, phi

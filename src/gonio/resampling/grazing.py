@@ -98,7 +98,9 @@ def _brdf(function: Fill, scan: xr.Dataset, labels: Mapping[str, Any]) -> Brdf:
         count = len(theta_i)
         phi_i = np.full(count, float(np.ravel(scan["phi_i"].values)[0])) if turned else None
         points = make_scan(theta_i, theta_r, np.zeros(count), phi, phi_i=phi_i)
-        return np.nan_to_num(function(points.assign_coords({n: ("direction", np.full(count, v)) for n, v in labels.items()})))
+        return np.nan_to_num(
+            function(points.assign_coords({n: ("direction", np.full(count, v)) for n, v in labels.items()}))
+        )
 
     return brdf
 

@@ -25,7 +25,8 @@ FINE = 0.05  # deg: step of the grid on which a peak and its half are searched
 PEAKS_AT = (5.0, 30.0, 60.0)  # deg: incidence angles at which the half width is taken
 LOW = 0.02  # of the largest value: a lobe that is lower than that needs no nodes of its own
 WIDE = 45.0  # deg: the half width of what does not fall to half, such as a Lambertian
-STEEP, GRAZING = 80.0, 90.0  # deg: incidence angle from which steps are small, and the last one
+GRAZING = 90.0  # deg: the last incidence angle
+STEEP = (70.0, 72.5, 75.0, 77.5, 80.0, 81.5, 83.0, 85.0, 86.25, 87.5, 88.25, 89.0)  # deg: as 1/cos(theta_i) asks
 LAST = (85.0, 87.5, 89.0, GRAZING)  # deg: of which those are left out, from the end, where the function has no bound
 BOUND = 1.2  # times the reflectance at LAST[0], or 1: a function that reflects more has no bound towards grazing
 PART, GROWTH = 0.25, 0.15  # steps at the lobe in half widths, and further off in distances from it
@@ -87,16 +88,21 @@ class Lobe:
         return cls(half_width(brdf), last_incidence(brdf))
 
     def incidences(self, step: float) -> Values:
-        """Incidence angles [deg] from 0 to the last in even steps, small ones beyond STEEP."""
-        low = np.linspace(0.0, STEEP, max(round(STEEP / step), 1) + 1)
-        high = np.arange(STEEP, self.last, min(step, 2.5))
-        ends = [t for t in LAST if t <= self.last]
-        return np.unique(np.round(np.concatenate([low, high, ends]), 6))
+        """Incidence angles [deg] from 0 to the last in even steps, and those of STEEP."""
+        even = np.linspace(0.0, 90.0, max(round(90.0 / step), 1) + 1)
+        even = even[(even <= STEEP[0]) | (step < STEEP[1] - STEEP[0])]
+        angles = np.unique(np.round(np.concatenate([even, STEEP, LAST]), 6))
+        return angles[angles <= self.last]
 
     def specular(self, fineness: float, half: bool) -> dict[str, Values]:
         """The axes of a grid about the mirror direction; half: whether azimuths to 180 stand for all."""
         theta_i = self.incidences(WIDEST / fineness)
-        theta_s = _graded(min(ACROSS * PART * self.width, NEAREST) / fineness, GROWTH / fineness, WIDEST / fineness, 90.0 + theta_i[-1])
+        theta_s = _graded(
+            min(ACROSS * PART * self.width, NEAREST) / fineness,
+            GROWTH / fineness,
+            WIDEST / fineness,
+            90.0 + theta_i[-1],
+        )
         quarter = np.array(TURNS, dtype=float)
         turns = np.unique(np.concatenate([quarter, 180.0 - quarter]))
         phi_s = turns if half else np.unique(np.concatenate([turns, 360.0 - turns]))

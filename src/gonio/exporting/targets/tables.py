@@ -46,9 +46,13 @@ def _made(target: Format, subject: Subject, request: Request) -> Made:
     remarks += _remarks(scan, target, lobe.last, error)
     if lines[0] not in f"{read_back.attrs.get('provenance', '')}\n{read_back.attrs.get('history', '')}":
         files[f"{request.out.name}.txt"] = "\n".join(lines) + "\n"
-        remarks.append(f"the {target.title} has no place for text: what it is stands in {request.out.name}.txt beside it")
+        remarks.append(
+            f"the {target.title} has no place for text: what it is stands in {request.out.name}.txt beside it"
+        )
     if (excess := excessive(_reflectances(read_back))) is not None:
-        remarks.append(f"the table scatters {100 * excess.value:.4g} % of the light that falls on it, at {excess.where}")
+        remarks.append(
+            f"the table scatters {100 * excess.value:.4g} % of the light that falls on it, at {excess.where}"
+        )
     numbers = {"values": int(scan["brdf"].size), "half_width_deg": lobe.width, **error.numbers}
     return Made(files, tuple(remarks), numbers)
 
@@ -56,7 +60,9 @@ def _made(target: Format, subject: Subject, request: Request) -> Made:
 def _remarks(scan: xr.Dataset, target: Format, last: float, error: Error) -> list[str]:
     found = [target.remark(scan)] if target.remark is not None else []
     if target.means is not None:
-        found.append("values are means over pairs of patches, which keep the energy: at one direction the model differs")
+        found.append(
+            "values are means over pairs of patches, which keep the energy: at one direction the model differs"
+        )
     elif "theta_i" in scan["brdf"].dims and scan["theta_i"].dims == ("theta_i",):
         end = float(scan["theta_i"].max())
         if last < 90.0 and end <= last:

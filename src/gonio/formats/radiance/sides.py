@@ -40,7 +40,9 @@ def remark(scan: xr.Dataset) -> str:
 
 def turned_over(matrix: Array, incident: Basis, outgoing: Basis) -> Array:
     """The matrix (.., incident, outgoing) of the other side of a sample that was turned over about its x axis."""
-    rows, columns = (basis.index(theta, -azimuth) for basis in (incident, outgoing) for theta, azimuth in [basis.centres()])
+    rows, columns = (
+        basis.index(theta, -azimuth) for basis in (incident, outgoing) for theta, azimuth in [basis.centres()]
+    )
     turned: Array = matrix[..., rows[:, None], columns]
     return turned
 
@@ -49,7 +51,9 @@ def kept_once(scan: xr.Dataset, incident: Basis, outgoing: Basis) -> xr.Dataset:
     """A scan of matrices (.., side, .., incident, outgoing) without its side, where both are one surface turned over."""
     if list(scan["side"].values) != ["front", "back"] or list(scan["mode"].values) != ["reflection"]:
         return scan
-    front, back = (scan["brdf"].sel(side=name).transpose(..., "incident", "outgoing").values for name in scan["side"].values)
+    front, back = (
+        scan["brdf"].sel(side=name).transpose(..., "incident", "outgoing").values for name in scan["side"].values
+    )
     if not np.array_equal(turned_over(front, incident, outgoing), back):
         return scan
     return add_history(scan.isel(side=0, drop=True), "front and back are one surface, turned over: kept once")

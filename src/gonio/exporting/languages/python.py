@@ -11,8 +11,8 @@ from gonio.exporting.languages.language import CALL, CHOICE, EITHER, Language, P
 RESERVED = frozenset((*keyword.kwlist, "math", "np", "range", "abs", "float"))
 
 
-class _Python(Language):
-    """What both have in common."""
+class PythonText(Language):
+    """What all have in common that is Python."""
 
     suffix = ".py"
     comment = "#"
@@ -41,7 +41,7 @@ class _Python(Language):
         return [f"def {name}({', '.join(arguments)}):", *body, ""]
 
 
-class Python(_Python):
+class Python(PythonText):
     """Python with the module math alone, for one pair of directions.
 
     Python raises errors where other languages give infinity or not a number, also in the part of a choice that is not
@@ -70,12 +70,12 @@ class Python(_Python):
 
     def infix(self, op: str, left: Printed, right: Printed) -> Printed:
         """A quotient by a number that may be zero is a call."""
-        if op == "div" and not _is_number(right[0]):
+        if op == "div" and not is_number(right[0]):
             return f"_div({left[0]}, {right[0]})", CALL
         return super().infix(op, left, right)
 
 
-class NumPy(_Python):
+class NumPy(PythonText):
     """Arrays of NumPy that broadcast against each other."""
 
     name = "numpy"
@@ -103,7 +103,8 @@ class NumPy(_Python):
         return [f"{total} = 0.0", f"for {index} in range({size}):", *body]
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a printed value is a number other than zero."""
     try:
         return float(text) != 0
     except ValueError:

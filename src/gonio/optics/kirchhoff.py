@@ -28,7 +28,7 @@ _COUNTS = (16, 32, 64, 128)  # lengths of sums: each value gets the shortest tha
 _PORTION = 2**15  # terms at once: they fit into a processor's cache
 
 
-FALL = 2.0  # exponent of the power laws that are drawn: slower than any order, so that no light is missed
+FALL = 3.0  # exponent of the power laws that are drawn: slower than any order, so that no light is missed
 STEEPEST = 1.0  # slopes that are drawn, beyond which most facets mirror the light below the horizon
 
 
@@ -47,7 +47,7 @@ class _AboutMirror:
     def _law(self, cos_i: Array) -> ShiftedPower:
         def of(sigma: Array, length: Array, wavelength: Array, **_: Array) -> tuple[Array, Array]:
             orders = 1 + (4 * math.pi * sigma / wavelength * cos_i) ** 2
-            return (math.pi * length / wavelength) ** 2 / (FALL * orders), FALL + 0 * length
+            return 2 / FALL * (math.pi * length / wavelength) ** 2 / orders, FALL + 0 * length
 
         return ShiftedPower(of=of)
 

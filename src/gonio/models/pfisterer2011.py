@@ -29,7 +29,6 @@ def _shoulder_and_wing(B: Array, g: Array) -> tuple[Array, Array]:
 
 
 @drawn_by(ShiftedPower(of=_shoulder_and_wing))
-
 def inverse_power(geometry: Geometry, B: RollOff, g: Exponent) -> Dimensionless:
     r"""A power of the distance to the mirror direction, flattened by B (pfisterer2011; formulas 7.9).
 

@@ -27,7 +27,7 @@ def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
     )
     library = "NumPy" if arrays else "plain Python"
     return [
-        '"""' + _docstring(heading(subject, f"{name}: {subject.model.title}, as {library}.")),
+        '"""' + docstring(heading(subject, f"{name}: {subject.model.title}, as {library}.")),
         '"""',
         "",
         "import numpy as np" if arrays else "import math",
@@ -40,7 +40,8 @@ def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
     ]
 
 
-def _docstring(lines: Sequence[str]) -> str:
+def docstring(lines: Sequence[str]) -> str:
+    """Lines for a string of Python in triple quotes, which none of them ends."""
     return "\n".join(lines).replace("\\", "\\\\").replace('"""', "'''")
 
 

@@ -10,9 +10,8 @@ from gonio.exporting.languages.drjit import DrJit
 class Kernel(DrJit):
     """Dr.Jit with sums by `_sum` and constant arrays by `_Table`, both in PRELUDE."""
 
-    # Dr.Jit 1.5 has these too. On arrays without a compiler the hyperbolic ones, asin and acos fail where all elements
-    # take one branch, and the minimum and maximum inside atan2 and atan end the process where LLVM 19 compiles them for
-    # arrays of length 1.
+    # Dr.Jit 1.5 has these too. The hyperbolic ones, asin and acos fail on arrays without a compiler where all elements
+    # take one branch; atan2 and atan are good to 7e-7 alone, and end the process with LLVM 14 to 16.
     missing = frozenset({"erfc", "expm1", "log1p", "sinh", "tanh", "asinh", "acosh", "atanh"})
     functions: ClassVar = {**DrJit.functions, **{name: f"_{name}" for name in ("asin", "acos", "atan", "atan2")}}
 

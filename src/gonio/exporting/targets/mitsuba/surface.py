@@ -1,7 +1,7 @@
 """The part of the written file that is the same for every model: the class that Mitsuba calls.
 
-It uses what stands above it: NAME, BY, LABELS, VALUES, COSINE, DRAWN, ANISOTROPIC, PRECISE and the functions _prepare, _incidence and
-_reflected, which take arrays of Dr.Jit alone.
+It uses what stands above it: NAME, BY, LABELS, VALUES, COSINE, DRAWN, ANISOTROPIC, PRECISE, and the functions _prepare,
+_incidence and _reflected, which take arrays of Dr.Jit alone.
 """
 
 MARK = "# ---- What follows needs Mitsuba. ----"
@@ -13,7 +13,7 @@ if mi.variant() is None:
     raise ImportError("choose a variant before this file is imported: mitsuba.set_variant('llvm_ad_rgb')")
 
 JIT = dr.is_jit_v(mi.Float)
-# Scalar variants compute with numbers of Python, which raise errors where arrays give infinity: arrays of length 1 here.
+# Scalar variants have numbers of Python, which raise errors where arrays give infinity: arrays of length 1 stand for them.
 Float = (dr.float64_array_t(mi.Float) if PRECISE else mi.Float) if JIT else dr.scalar.ArrayXf64
 BELOW_ONE = 1 - 2**-24
 LONGEST = 16  # rounds of a sum that are written out, as a loop takes long to start

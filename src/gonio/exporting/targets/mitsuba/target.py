@@ -75,7 +75,7 @@ def lines_of(subject: Subject, name: str, drawn: Sequence[Lobe], cosine: float) 
         "",
         "import drjit as dr",
         "",
-        *_values(subject, name, drawn, cosine),
+        *_values(subject, name, cosine),
         "",
         *PRELUDE.splitlines(),
         *writer.shared(),
@@ -92,7 +92,7 @@ def lines_of(subject: Subject, name: str, drawn: Sequence[Lobe], cosine: float) 
     ]
 
 
-def _values(subject: Subject, name: str, drawn: Sequence[Lobe], cosine: float) -> Iterator[str]:
+def _values(subject: Subject, name: str, cosine: float) -> Iterator[str]:
     labels = [] if list(subject.sets) == [ONE] else list(subject.sets)
     yield f"NAME = {plugin(name)!r}"
     yield f"BY, LABELS = {subject.by!r}, {[*map(str, labels)] if labels else ['']!r}"

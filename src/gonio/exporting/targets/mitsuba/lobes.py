@@ -1,13 +1,13 @@
 """Which lobes of a model the plugin draws, and in what share of the cases."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from gonio.exporting.subject import Subject
+from gonio.exporting.targets.mitsuba.fallback import fallback
 from gonio.geometry import Geometry
-from gonio.model import Sampler, Term, sampler_of
+from gonio.model import declarations, sampler_of
 from gonio.optics.sampling import COSINE
 from gonio.sampling import hemispherical_reflectance
 from gonio.symbols.formula import Formula, density_of, draw_of
@@ -28,31 +28,36 @@ class Lobe:
     density: Formula
 
 
-def lobes(subject: Subject) -> tuple[list[Lobe], float, list[str]]:
-    """The lobes, the share of the cosine, and the weights of the terms that only the cosine draws for want of better.
+def lobes(subject: Subject) -> tuple[list[Lobe], float, dict[str, float]]:
+    """The lobes, the share of the cosine, and the noise of terms that declare no sampler, by weight.
 
     Terms that one sampler draws alike make one lobe. A term without weight is not drawn.
     """
     light = _light(subject)
     total = sum(light.values())
     shares: dict[tuple[object, ...], tuple[Formula, Formula, dict[str, float]]] = {}
-    for weight, sampler, term in _drawn(subject):
-        if sampler is COSINE or not light[weight]:
+    noise = {}
+    for weight, term in subject.model.terms.items():
+        if not light[weight]:
+            continue
+        sampler, part = sampler_of(term), 1.0
+        if sampler is None:
+            found = fallback(term, {name: _mean(subject, name) for name in declarations(term)})
+            sampler, part, noise[weight] = found.sampler, found.share, found.noise
+        if sampler is COSINE:
             continue
         draw, density = draw_of(sampler, term), density_of(sampler, term)
         key = tuple(draw.outputs.values())  # equal expressions are one node
-        shares.setdefault(key, (draw, density, {}))[2][weight] = light[weight] / total
-    found = [
+        shares.setdefault(key, (draw, density, {}))[2][weight] = part * light[weight] / total
+    drawn = [
         Lobe(tuple(s), (1 - LEAST_COSINE) * sum(s.values()), draw, density) for draw, density, s in shares.values()
     ]
-    bare = [w for w, term in subject.model.terms.items() if sampler_of(term) is None and light[w]]
-    return found, 1 - sum(lobe.share for lobe in found), bare
+    return drawn, 1 - sum(lobe.share for lobe in drawn), noise
 
 
-def _drawn(subject: Subject) -> Iterator[tuple[str, Sampler, Term]]:
-    for weight, term in subject.model.terms.items():
-        if (sampler := sampler_of(term)) is not None:
-            yield weight, sampler, term
+def _mean(subject: Subject, name: str) -> float:
+    """A value as a mean over the sets, by which the plugin draws too."""
+    return float(np.mean([values[name] for values in subject.sets.values()]))
 
 
 def _light(subject: Subject) -> dict[str, float]:

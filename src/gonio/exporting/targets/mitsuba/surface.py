@@ -13,7 +13,7 @@ if mi.variant() is None:
     raise ImportError("choose a variant before this file is imported: mitsuba.set_variant('llvm_ad_rgb')")
 
 JIT = dr.is_jit_v(mi.Float)
-# Scalar variants have numbers of Python, which raise errors where arrays give infinity: arrays of length 1 stand for them.
+# Scalar variants have numbers of Python, which raise errors where arrays give infinity: arrays of length 1 instead.
 Float = (dr.float64_array_t(mi.Float) if PRECISE else mi.Float) if JIT else dr.scalar.ArrayXf64
 BELOW_ONE = 1 - 2**-24
 LONGEST = 16  # rounds of a sum that are written out, as a loop takes long to start

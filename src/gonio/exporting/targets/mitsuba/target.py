@@ -1,7 +1,7 @@
 """The file for Mitsuba 3, and its proof by Dr.Jit alone."""
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,15 +21,16 @@ from gonio.symbols.formula import INCIDENCE, NUMBERS, REFLECTION, Formula, formu
 from gonio.symbols.program import Stage, staged, whole
 
 CONSTANTS = 2e-6  # relative error where constants have nine digits, and a lobe is a thousandth wide
+NOISY = 3.0  # standard deviation of one sample over the mean: a picture then takes ten times as many samples
 RGB = {"R", "G", "B"}
 
 
 def make(subject: Subject, request: Request) -> Made:
     """The content of the file."""
-    drawn, cosine, bare = lobes(subject)
+    drawn, cosine, noise = lobes(subject)
     text = "\n".join(lines_of(subject, request.name, drawn, cosine)) + "\n"
     numbers = {f"share of {' and '.join(lobe.weights)}": round(lobe.share, 4) for lobe in drawn}
-    remarks = tuple(_remarks(subject, request, bare))
+    remarks = tuple(_remarks(subject, request, noise))
     return Made({request.out.name: text}, remarks, numbers | {"share of the cosine": round(cosine, 4)})
 
 
@@ -38,13 +39,17 @@ def plugin(name: str) -> str:
     return f"gonio-{name.replace('_', '-').strip('-')}"
 
 
-def _remarks(subject: Subject, request: Request, bare: Sequence[str]) -> Iterator[str]:
+def _remarks(subject: Subject, request: Request, noise: Mapping[str, float]) -> Iterator[str]:
     yield (
         f"In Python, after mi.set_variant(..): import {request.out.stem}; then 'type': {plugin(request.name)!r} "
         "in a scene"
     )
-    if bare:
-        yield f"Nothing draws {' and '.join(bare)} but the cosine: a narrow lobe of it renders with noise"
+    for weight, deviation in noise.items():
+        if deviation > NOISY:
+            yield (
+                f"{weight} has no sampler of its own and renders with noise: one sample of it deviates by "
+                f"{deviation:.2g} times its mean"
+            )
     if subject.model.polarised:
         yield "Polarisation is left out: the plugin depolarises"
     if subject.by == "wavelength":

@@ -66,11 +66,11 @@ class Sampler(Protocol):
     """
 
     def draw(
-        self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array
+        self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array
     ) -> tuple[Array, Array, Array]:
         """Components (x_r, y_r, z_r) of the drawn direction."""
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         """Probability density of the reflected direction [1/sr]."""
 
 

@@ -5,15 +5,16 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import GRAZING, Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.kirchhoff import CorrelationLength, Wavelength, diffracted, poisson_mean
+from gonio.optics.kirchhoff import DIFFRACTED, CorrelationLength, Wavelength, diffracted, poisson_mean
 from gonio.optics.quadrature import for_each, once_each, unit_interval
 from gonio.units import to_radians
 
 RmsHeight = Annotated[float, Parameter(0.05, 0.001, 10.0, "rms height of the surface", "um")]
 
 
+@drawn_by(DIFFRACTED)
 def renormalised(
     g: Geometry,
     sigma: RmsHeight,

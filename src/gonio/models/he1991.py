@@ -5,10 +5,10 @@ from typing import Annotated
 
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.diffuse import lambertian
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.kirchhoff import Wavelength, diffracted, kirchhoff_obliquity
+from gonio.optics.kirchhoff import DIFFRACTED, Wavelength, diffracted, kirchhoff_obliquity
 
 RmsHeight = Annotated[float, Parameter(0.1, 0.001, 10.0, "rms height of the surface", "um")]
 Length = Annotated[float, Parameter(1.5, 0.1, 100.0, "1/e length of the height autocorrelation", "um")]
@@ -16,6 +16,7 @@ Length = Annotated[float, Parameter(1.5, 0.1, 100.0, "1/e length of the height a
 _NEWTON_STEPS = 8  # 7 reach double precision at every height and angle
 
 
+@drawn_by(DIFFRACTED)
 def directional_diffuse(
     g: Geometry, sigma: RmsHeight, length: Length, index: Index, extinction: Extinction, wavelength: Wavelength
 ) -> PerSteradian:

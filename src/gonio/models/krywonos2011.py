@@ -3,13 +3,14 @@
 from typing import Annotated
 
 from gonio.geometry import Geometry
-from gonio.model import Model, Parameter, PerSteradian
+from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.optics.fresnel import Extinction, Index, unpolarised
-from gonio.optics.kirchhoff import CorrelationLength, Wavelength, diffracted
+from gonio.optics.kirchhoff import DIFFRACTED, CorrelationLength, Wavelength, diffracted
 
 RmsHeight = Annotated[float, Parameter(0.05, 0.001, 10.0, "rms height of the surface", "um")]
 
 
+@drawn_by(DIFFRACTED)
 def scattered(
     g: Geometry,
     sigma: RmsHeight,

@@ -1,9 +1,10 @@
 """The five-parameter statistical model, reconstructed; and its reciprocal variant."""
 
 from gonio.geometry import Geometry
-from gonio.model import Dimensionless, Model
+from gonio.model import Dimensionless, Model, drawn_by
 from gonio.optics.diffuse import uniform
 from gonio.optics.wu import (
+    FACETS,
     FresnelGain,
     FresnelPower,
     LobeWidth,
@@ -13,6 +14,7 @@ from gonio.optics.wu import (
 )
 
 
+@drawn_by(FACETS)
 def reciprocal_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPower) -> Dimensionless:
     r"""The same facets over both cosines (formulas 6.7, convention "reciprocal").
 

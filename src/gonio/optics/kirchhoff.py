@@ -5,12 +5,16 @@ The specular delta, with its share exp(-g) of the light, is in none of these fun
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Annotated
 
 from gonio.arrays import Array, constants, is_traced_never, namespace
 from gonio.geometry import Geometry
 from gonio.model import Parameter
+from gonio.optics.distributions import draw_student
+from gonio.optics.facets import student_slopes
 from gonio.optics.quadrature import for_each
+from gonio.optics.sampling import Either, FacetNormals, ShiftedPower
 
 Wavelength = Annotated[float, Parameter(0.6328, 0.1, 20.0, "wavelength", "um")]
 CorrelationLength = Annotated[float, Parameter(2.0, 0.1, 100.0, "1/e length of the height autocorrelation", "um")]
@@ -22,6 +26,40 @@ _STEP = 0.25
 _SPREAD = [_STEP * k - 4 for k in range(41)]  # the root of a Poisson number has a standard deviation of 1/2
 _COUNTS = (16, 32, 64, 128)  # lengths of sums: each value gets the shortest that suffices
 _PORTION = 2**15  # terms at once: they fit into a processor's cache
+
+
+FALL = 3.0  # exponent of the power laws that are drawn: slower than any order, so that no light is missed
+STEEPEST = 1.0  # slopes that are drawn, beyond which most facets mirror the light below the horizon
+
+
+@dataclass(frozen=True)
+class _AboutMirror:
+    """A power law about the mirror direction as wide as the orders there, exp(-(pi length distance/wavelength)^2/m)."""
+
+    def draw(
+        self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array
+    ) -> tuple[Array, Array, Array]:
+        return self._law(z_i).draw(x_i, y_i, z_i, u, v, **shape)
+
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
+        return self._law(g.z_i).density(g, **shape)
+
+    def _law(self, cos_i: Array) -> ShiftedPower:
+        def of(sigma: Array, length: Array, wavelength: Array, **_: Array) -> tuple[Array, Array]:
+            orders = 1 + (4 * math.pi * sigma / wavelength * cos_i) ** 2
+            return 2 / FALL * (math.pi * length / wavelength) ** 2 / orders, FALL + 0 * length
+
+        return ShiftedPower(of=of)
+
+
+def _rough_facets(sigma: Array, length: Array, wavelength: Array, **_: Array) -> tuple[Array, Array]:
+    """Slopes of a rough surface, of total rms 2 sigma/length, but not narrower than the first order at the normal."""
+    slope = ((2 * sigma / length) ** 2 + (wavelength / (2 * math.pi * length)) ** 2) ** 0.5
+    return namespace(slope).where(slope > STEEPEST, STEEPEST, slope), FALL + 0 * slope
+
+
+# Smooth surfaces diffract a lobe of one width in direction cosines, rough ones reflect as facets do.
+DIFFRACTED = Either(_AboutMirror(), FacetNormals(student_slopes, draw_student, of=_rough_facets), share=0.5)
 
 
 def shift_squared(g: Geometry) -> Array:

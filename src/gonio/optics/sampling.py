@@ -33,12 +33,12 @@ class CosineLobe:
 
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         n, c = self.of(**shape)
         xp = namespace(u)
         return _about(_axis(x_i, y_i, z_i, c), -xp.expm1(xp.log1p(-u) / (n + 1)), v)
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         n, c = self.of(**shape)
         cos = _cosine(g, c)
         xp = namespace(cos)
@@ -52,12 +52,12 @@ class RetroLobe:
 
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         (c,) = at_least(1e-9, *self.of(**shape))
         xp = namespace(u)
         return _about((x_i, y_i, z_i), -xp.log1p(u * xp.expm1(-2 * c)) / c, v)
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         (c,) = at_least(1e-9, *self.of(**shape))
         missing = 1 - _cosine(g, 1.0)
         xp = namespace(missing)
@@ -72,13 +72,13 @@ class PolarLobe:
     law: Callable[..., Array]
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         xp = namespace(u)
         theta = xp.sqrt(self.angle(u, *self.of(**shape)))
         x, y = turned(xp.sin(theta), v)
         return x, y, xp.cos(theta)
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         theta = g.theta_r_deg * (math.pi / 180)
         return self.law(theta**2, *self.of(**shape)) / (math.pi * sine_over_angle(theta))
 
@@ -95,10 +95,10 @@ class FacetNormals:
     slopes: Callable[..., Slopes]
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         return _mirrored(x_i, y_i, z_i, *self.slopes(u, v, *self.of(**shape)))
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         return self.distribution(g, *self.of(**shape)) * g.cos_alpha / (4 * g.cos_beta)
 
 
@@ -112,7 +112,7 @@ class VisibleGGX:
     distribution: Callable[..., Array]
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         along, across = self.of(**shape)
         x, y, z = _unit(along * x_i, across * y_i, z_i)
         drop = u * (1 + z)  # 1 - cos of the tilt in the cap
@@ -120,7 +120,7 @@ class VisibleGGX:
         up = (1 + z) * (1 - u)
         return _mirrored(x_i, y_i, z_i, along * (cap_x + x) / up, across * (cap_y + y) / up)
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         along, across = self.of(**shape)
         stretched = (along * g.x_i) ** 2 + (across * g.y_i) ** 2 + g.z_i**2
         area = (g.z_i + namespace(stretched).sqrt(stretched)) / 2
@@ -137,7 +137,7 @@ class VisibleBeckmann:
     distribution: Callable[..., Array]
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         (m,) = self.of(**shape)
         xp = namespace(u)
         x, y, z = _unit(m * x_i, m * y_i, z_i)
@@ -147,7 +147,7 @@ class VisibleBeckmann:
         along, across = _visible_slope(u, z, sine), _gaussian_slope(v)
         return _mirrored(x_i, y_i, z_i, m * (cos * along - sin * across), m * (sin * along + cos * across))
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         (m,) = self.of(**shape)
         xp = namespace(g.z_i)
         across = m * xp.sqrt(g.x_i**2 + g.y_i**2)
@@ -165,7 +165,7 @@ class ShiftedPower:
 
     of: Law
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         xp = namespace(u)
         x, y = turned(xp.sqrt(draw_distance(u, FARTHEST, *self.of(**shape))), v)
         x, y = x - x_i, y - y_i
@@ -173,7 +173,7 @@ class ShiftedPower:
         lost = squared <= 0
         return xp.where(lost, 0.0, x), xp.where(lost, 0.0, y), xp.where(lost, -1.0, xp.sqrt(xp.where(lost, 1, squared)))
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         x, y = g.x_i + g.x_r, g.y_i + g.y_r
         return distance_density(x * x + y * y, FARTHEST, *self.of(**shape)) / math.pi * g.z_r
 
@@ -186,7 +186,7 @@ class Either:
     second: Sampler
     share: float
 
-    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, **shape: Array) -> Directed:
+    def draw(self, x_i: Array, y_i: Array, z_i: Array, u: Array, v: Array, /, **shape: Array) -> Directed:
         xp = namespace(u)
         is_first = u < self.share
         rescaled = xp.where(is_first, u / self.share, (u - self.share) / (1 - self.share))
@@ -198,7 +198,7 @@ class Either:
         x, y, z = (xp.where(is_first, first, second) for first, second in pairs)
         return x, y, z
 
-    def density(self, g: Geometry, **shape: Array) -> Array:
+    def density(self, g: Geometry, /, **shape: Array) -> Array:
         return self.share * self.first.density(g, **shape) + (1 - self.share) * self.second.density(g, **shape)
 
 

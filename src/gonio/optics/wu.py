@@ -5,7 +5,8 @@ from typing import Annotated
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Dimensionless, Parameter, drawn_by
-from gonio.optics.sampling import COSINE
+from gonio.optics.distributions import draw_power, power_normals
+from gonio.optics.sampling import COSINE, FacetNormals
 
 # The four empirical constants of the shadowing function, from memory (formulas 6.7).
 S_P, S_R, U_P, V_P = 0.0136, 16.4, 9.0, 1.0
@@ -56,6 +57,11 @@ def _tangent(x: Array, y: Array, z: Array) -> Array:
     return xp.where(pole, 0.0, xp.sqrt(xp.where(pole, 1.0, squared))) / z
 
 
+# the rational distribution kr^2 cos(alpha)/(1 + (kr^2 - 1) cos(alpha)) is cos(alpha)/(1 + B (1 - cos(alpha)))
+FACETS = FacetNormals(power_normals, draw_power, of=lambda kr, **_: (1 / kr**2 - 1, 1 + 0 * kr))
+
+
+@drawn_by(FACETS)
 def statistical_facets(g: Geometry, kr: LobeWidth, b: FresnelGain, a: FresnelPower) -> Dimensionless:
     r"""Facets of a rational distribution and an exponential Fresnel factor, over cos theta_r (wu2002).
 

@@ -30,7 +30,7 @@ def lines_of(subject: Subject, name: str, arrays: bool, docstring: Sequence[str]
     library = "NumPy" if arrays else "plain Python"
     told = docstring or heading(subject, f"{name}: {subject.model.title}, as {library}.")
     return [
-        '"""' + _docstring(told),
+        '"""' + as_docstring(told),
         '"""',
         "",
         "import numpy as np" if arrays else "import math",
@@ -43,7 +43,8 @@ def lines_of(subject: Subject, name: str, arrays: bool, docstring: Sequence[str]
     ]
 
 
-def _docstring(lines: Sequence[str]) -> str:
+def as_docstring(lines: Sequence[str]) -> str:
+    """Lines for a string of Python in triple quotes, which none of them ends."""
     return "\n".join(lines).replace("\\", "\\\\").replace('"""', "'''")
 
 

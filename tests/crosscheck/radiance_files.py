@@ -78,9 +78,13 @@ FILES = {
 
 
 def opaque(sides):
-    """A file of reflection alone over Klems Quarter: a matrix that differs by band alone, on each of the sides named."""
+    """A file of reflection alone over Klems Quarter, on each of the sides named: values by the sum of both bands.
+
+    They are reciprocal, since rtrace looks up the direction of the viewer as the incident one.
+    """
     n, bands = SIZES["Quarter"], (1, 8, 12, 12, 8)
     band = [k for k, count in enumerate(bands) for _ in range(count)]
-    rows = [" ".join(f"{0.02 * (1 + band[r]) + 0.01 * band[c]:.2f}" for c in range(n)) for r in range(n)]
-    names = "<ColumnAngleBasis>LBNL/Klems Quarter</ColumnAngleBasis><RowAngleBasis>LBNL/Klems Quarter</RowAngleBasis>"
+    rows = [" ".join(f"{0.02 * (2 + band[r] + band[c]):.2f}" for c in range(n)) for r in range(n)]
+    name = "LBNL/Klems Quarter"
+    names = f"<ColumnAngleBasis>{name}</ColumnAngleBasis><RowAngleBasis>{name}</RowAngleBasis>"
     return _file("Columns", [(f"Reflection {side}", names, ",\n".join(rows)) for side in sides])

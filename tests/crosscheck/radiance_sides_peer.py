@@ -17,8 +17,8 @@ from peers import write
 from radiance_files import opaque
 
 ROOT = Path(pyradiance.__file__).parent
-HALF_ANGLE, INCIDENCE = 0.05, 40.0  # deg
-VIEWS = (10.0, 40.0, 60.0)  # deg, in the half-plane of the mirror direction
+HALF_ANGLE, INCIDENCE = 0.05, 36.0  # deg
+VIEWS = (18.0, 36.0, 54.0)  # deg, in the half-plane of the mirror direction: middles of patches, whose rims it blurs
 FILES = {"both sides": ("Front", "Back"), "front alone": ("Front",), "back alone": ("Back",)}
 SCENE = """void light sun 0 0 3 {L} {L} {L}
 sun source lamp 0 0 4 {x} 0 {z} {angle}

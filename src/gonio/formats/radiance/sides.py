@@ -40,15 +40,15 @@ def remark(scan: xr.Dataset) -> str:
 
 def turned_over(matrix: Array, incident: Basis, outgoing: Basis) -> Array:
     """The matrix (.., incident, outgoing) of the other side of a sample that was turned over about its x axis."""
-    rows, columns = (
-        basis.index(theta, -azimuth) for basis in (incident, outgoing) for theta, azimuth in [basis.centres()]
-    )
-    turned: Array = matrix[..., rows[:, None], columns]
+    theta_i, column = incident.centres()
+    theta_r, row = outgoing.centres()
+    columns, rows = incident.index(theta_i, -column), outgoing.index(theta_r, -row)
+    turned: Array = matrix[..., columns[:, None], rows]
     return turned
 
 
 def kept_once(scan: xr.Dataset, incident: Basis, outgoing: Basis) -> xr.Dataset:
-    """A scan of matrices (.., side, .., incident, outgoing) without its side, where both are one surface turned over."""
+    """A scan of matrices (.., incident, outgoing) without its side, where both sides are one surface turned over."""
     if list(scan["side"].values) != ["front", "back"] or list(scan["mode"].values) != ["reflection"]:
         return scan
     front, back = (

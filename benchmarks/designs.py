@@ -65,7 +65,7 @@ def reading(name: str, angles: Sequence[float], step: float, noise: Noise) -> Re
 class Against(NamedTuple):
     """Directions to choose from, beside a uniform scan of 228 readings at three angles.
 
-    targets (values,): standard uncertainties of the uniform scan. Of a ks that it has not, the mean relative one of
+    targets (values,): standard uncertainties of the uniform scan. Of a ks that it has not, the median relative one of
     those that it has.
     """
 
@@ -87,7 +87,7 @@ def against(name: str, angles: Sequence[float], noise: Noise) -> Against:
     uniform, candidates = reading(name, THREE, 2.0, noise), reading(name, angles, 1.0, noise)
     spread = np.sqrt(np.diag(np.linalg.inv(uniform.rows.T @ uniform.rows)))
     known = dict(zip(uniform.names, spread, strict=True))
-    relative = np.mean([known[n] / v for n, v in zip(uniform.names, uniform.values, strict=True) if n[:2] == "ks"])
+    relative = np.median([known[n] / v for n, v in zip(uniform.names, uniform.values, strict=True) if n[:2] == "ks"])
     pairs = zip(candidates.names, candidates.values, strict=True)
     return Against(candidates, np.array([known.get(n, relative * v) for n, v in pairs]), len(uniform.rows))
 

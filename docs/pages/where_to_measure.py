@@ -101,6 +101,8 @@ The last lines say how good the plan is. No other design is better than a bound,
 The paper's model and surfaces, three incidence angles with 228 readings every 2 deg, 5 deg about the beam blocked. The numbers are the
 fraction of these readings that gives sigma, gamma, or both the same uncertainty, if they are placed best (Al, SR107). *Both* is the worse of
 the two where the sum of their variances is least; weighed so that both come out alike, it is {alike} instead of the first row's.
+At an incidence angle that the uniform scan lacks, its weight ks has no uncertainty to be held to: there it counts by the median relative
+uncertainty of the three others, which moves sigma or gamma alone by 0.001.
 
 {table(["noise", "theta_i allowed [deg]", "sigma", "gamma", "both"], fractions(record), 5)}
 

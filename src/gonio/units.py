@@ -21,10 +21,11 @@ UNITS = {
     "um": Unit("length", 1e3, "µm"),
     "sr-1": Unit("brdf", 1.0, "sr⁻¹"),
     "a.u.": Unit("relative", 1.0, "a.u."),
+    "dolp": Unit("degree of polarisation", 1.0, ""),
 }
 
 # CF-style strings of the Dataset, and the suffix that a column of a text file carries for each.
-CF_STRINGS = {"angle": "degree", "length": "nm", "brdf": "sr-1", "relative": "a.u."}
+CF_STRINGS = {"angle": "degree", "length": "nm", "brdf": "sr-1", "relative": "a.u.", "degree of polarisation": "1"}
 
 
 def to_radians(degrees: Any) -> Any:
@@ -45,7 +46,7 @@ def unit_label(unit: str) -> str:
 
 
 def weight_unit(data: str, term: str) -> str:
-    """Unit of a weight: the data's unit over the term's. Relative data leave every weight relative."""
-    if data == "a.u.":
+    """Unit of a weight: the data's unit over the term's. Relative data and ratios leave every weight relative."""
+    if data in ("a.u.", "1"):
         return "a.u."
     return {"sr-1": "1", "1": "sr-1", "deg-1": "deg sr-1"}[term]

@@ -93,11 +93,11 @@ def test_people_see_the_budget_and_get_figure_and_page(run, table, tmp_path):
     assert figure.read_bytes().startswith(b"%PDF")
     html = page.read_text()
     assert "<svg" in html
-    assert "<td>standard</td><td>B</td>" in html
+    assert '<td data-head="cause">standard</td><td data-head="type">B</td>' in html
     assert "subtracted the dark of 1 readings" in html
     code, _, err = run("reduce", path, *LAMBERT, "--out", tmp_path / "s2.nc", "--report", tmp_path / "budget.docx")
     assert code == 1
-    assert "a report of a reduction is written as .html" in err
+    assert "a report of a reduction is written as .html or .pdf" in err
     assert not (tmp_path / "s2.nc").exists()
 
 

@@ -50,7 +50,8 @@ def command(stack, *more):
 
 
 def test_a_stack_is_fitted_by_processes_and_told_of(run, stack, monkeypatch):
-    """The whole way, with a worker of its own."""
+    """The whole way, with a worker of its own that compiles as users have it."""
+    monkeypatch.delenv("XLA_FLAGS", raising=False)
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(stack.with_name("compiled")))
     code, out, err = run(*command(stack, "--workers", 1, "--json", stack.with_name("fit.json")))
     assert code == 0, err

@@ -144,6 +144,8 @@ def converted(name, folder):
 def hemispherical(path):
     """The sum over outgoing patches of value times projected solid angle, for each block of a file and patch in it."""
     scan = read(path)
+    if "side" not in scan.coords:  # both sides are the same
+        scan = scan.assign(brdf=scan["brdf"].expand_dims(side=["front"]))
     found = {}
     for channel in scan["channel"].values.tolist():
         for mode in scan["mode"].values.tolist():

@@ -75,3 +75,12 @@ FILES = {
     "tree 3": lambda: tree(3, 3),
     "tree 4": lambda: tree(4, 2),
 }
+
+
+def opaque(sides):
+    """A file of reflection alone over Klems Quarter: a matrix that differs by band alone, on each of the sides named."""
+    n, bands = SIZES["Quarter"], (1, 8, 12, 12, 8)
+    band = [k for k, count in enumerate(bands) for _ in range(count)]
+    rows = [" ".join(f"{0.02 * (1 + band[r]) + 0.01 * band[c]:.2f}" for c in range(n)) for r in range(n)]
+    names = "<ColumnAngleBasis>LBNL/Klems Quarter</ColumnAngleBasis><RowAngleBasis>LBNL/Klems Quarter</RowAngleBasis>"
+    return _file("Columns", [(f"Reflection {side}", names, ",\n".join(rows)) for side in sides])

@@ -1,12 +1,14 @@
 """Radiance XML: what is read, written and refused. Radiance's own values are in test_radiance_peer.py."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from gonio import read, write
 from gonio.files import FormatError
-from gonio.formats.radiance import klems
+from gonio.formats.radiance import klems, sides
 from gonio.formats.radiance.tensor_tree import to_disk, to_square
 from gonio.formats.radiance.window import FORMAT, evaluate
 from samples.radiance import BANDS, COARSE, TREE, WAVELENGTH, block, file, matrix, samples, texts
@@ -97,10 +99,48 @@ def test_layout_is_klems_full_and_what_is_written_on_it_comes_back(tmp_path):
     scan = layout.assign(brdf=(("incident", "outgoing"), values.values, {"units": "sr-1"}))
     FORMAT.write(scan.drop_attrs(deep=False), tmp_path / "lobe.xml")
     again = FORMAT.read(tmp_path / "lobe.xml")
-    assert again["brdf"].dims[:3] == ("mode", "side", "channel")
+    assert again["brdf"].dims[:2] == ("mode", "channel")
+    assert again.attrs["history"] == "front and back are one surface, turned over: kept once"
     assert again["channel"].values.tolist() == ["Visible"]
     np.testing.assert_array_equal(again["brdf"].values.squeeze(), values)
     xr.testing.assert_identical(FORMAT.layout(again).coords.to_dataset(), layout.coords.to_dataset())
+
+
+def directions_in(path):
+    return re.findall("<WavelengthDataDirection>(.*?)<", path.read_text())
+
+
+def test_an_opaque_sample_is_seen_on_both_sides_and_one_that_names_its_side_on_that(tmp_path):
+    """Radiance shows Reflection Front on the back of a polygon, whose front is black where that is all."""
+    layout = FORMAT.layout(xr.Dataset({"brdf": ("direction", [1.0])}))
+    values = np.cos(np.radians(layout["theta_i"])) * 0.1 + np.sin(np.radians(layout["phi"] + 20)) / 30 + 0.01
+    scan = layout.assign(brdf=(("incident", "outgoing"), values.values, {"units": "sr-1"})).drop_attrs(deep=False)
+    FORMAT.write(scan, tmp_path / "both.xml")
+    assert directions_in(tmp_path / "both.xml") == ["Reflection Front", "Reflection Back"]
+    assert "back of a polygon" in FORMAT.remark(scan)
+    FORMAT.write(FORMAT.read(tmp_path / "both.xml"), tmp_path / "again.xml")
+    assert (tmp_path / "again.xml").read_text().count("<ScatteringData>") == 2
+    FORMAT.write(scan.assign_coords(side="front"), tmp_path / "front.xml")
+    assert directions_in(tmp_path / "front.xml") == ["Reflection Front"]
+    assert "black" in FORMAT.remark(scan.assign_coords(side="front"))
+    assert FORMAT.remark(scan.assign_coords(side="back")) == ""
+    assert FORMAT.read(tmp_path / "front.xml")["side"].values.tolist() == ["front"]
+    two = re.sub(
+        "Reflection Back(.*?)<ScatteringData>\n[^,]*",
+        r"Reflection Back\1<ScatteringData>\n0.5",
+        (tmp_path / "both.xml").read_text(),
+        flags=re.DOTALL,
+    )
+    (tmp_path / "two.xml").write_text(two)
+    assert FORMAT.read(tmp_path / "two.xml")["side"].values.tolist() == ["front", "back"]  # sides that differ are two
+
+
+def test_the_back_of_a_sample_is_the_front_turned_over_about_x():
+    """A direction at azimuth a about the front's normal is at -a after half a turn about x."""
+    theta, azimuth = klems.FULL.centres()
+    matrix = np.cos(np.radians(azimuth[:, None] - 20)) * theta[:, None] + np.sin(np.radians(azimuth))
+    expected = np.cos(np.radians(-azimuth[:, None] - 20)) * theta[:, None] + np.sin(np.radians(-azimuth))
+    np.testing.assert_allclose(sides.turned_over(matrix, klems.FULL, klems.FULL), expected, atol=1e-12)
 
 
 def test_remarks_that_xml_cannot_hold_are_changed_not_lost(tmp_path):

@@ -160,6 +160,16 @@ def test_saved_as_png_and_svg(ranked, tmp_path):
         save(figure, tmp_path / "view")
 
 
+def test_files_of_one_figure_are_laid_out_once(tmp_path, monkeypatch):
+    figure = curves(make_scan([10.0, 10.0], [20.0, 30.0], [1.0, 2.0], [180.0, 180.0]), {}, title="two")
+    engine, times = figure.get_layout_engine(), []
+    real = engine.execute
+    monkeypatch.setattr(engine, "execute", lambda drawn: (times.append(drawn), real(drawn)))
+    save(figure, tmp_path / "two", (".png", ".svg", ".pdf"))
+    assert times == [figure]
+    assert figure.get_layout_engine() is engine  # whoever changes the figure and saves it again has room found anew
+
+
 def test_spectra_show_every_fitted_value_with_its_uncertainty(spectral):
     """A panel for each parameter of either model, a line for each model, bars of one standard uncertainty."""
     figure = draw("spectra", spectral)

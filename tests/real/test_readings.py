@@ -10,10 +10,10 @@ from places import SHARED
 FOLDER = SHARED / "raw" / "blacklab"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no measured files at {FOLDER}")
 STANDARD, OVER = 1.02086, Reduction(fill=Filling("over"))
-# signal/(reflectance factor cos theta_i) is one number in each file, and its product with the standard's the reading
-RUNS = {"z307_al": 8.991162 * STANDARD, "nite_invar": 4.816609 * STANDARD}
+# The reading of the standard that the files lack, in V: the one number with which every factor is that of the file.
+RUNS = {"z307_al": 9.178717, "nite_invar": 4.9170853}
 CERTIFICATE = f"{STANDARD}:factor@0,45"
-DIGIT = 0.5e-6  # half a unit of the last digit of a published factor
+DIGITS = 6  # decimals of a published factor
 
 
 def published(name):
@@ -33,9 +33,19 @@ def test_readings_reduce_to_the_published_factors_in_all_directions(name):
     assert scan["theta_i"].values.tolist() == theta_i.tolist()
     assert scan["theta_r"].values.tolist() == theta_r.tolist()
     assert (scan["phi"].values == phi)[theta_r > 0].all()  # at the normal there is no azimuth
-    error = np.abs(np.pi * scan["brdf"].values - factor)
-    # 2e-5 of the value, or half of the last printed digit where that is more, as the constant of the file is known
-    assert (error <= np.maximum(2e-5 * factor, 1.05 * DIGIT)).all()
+    # all 114 as printed: half of the last digit is 1.9e-5 of the least factor of one file, 1.2e-4 of that of the other
+    assert [f"{value:.{DIGITS}f}" for value in np.pi * scan["brdf"].values] == [
+        f"{value:.{DIGITS}f}" for value in factor
+    ]
+
+
+@pytest.mark.parametrize(("name", "shares"), [("z307_al", (1.9e-5, 2.0e-5)), ("nite_invar", (1.2e-4, 1.3e-4))])
+def test_the_files_print_six_decimals_which_no_reduction_is_nearer_to(name, shares):
+    lines = (FOLDER / f"{name}_sample.txt").read_text(encoding="latin-1").splitlines()[5:]
+    column = lines[0].split().index("630.79nm")
+    assert {len(line.split()[column].partition(".")[2]) for line in lines[1:]} == {DIGITS}
+    half = 0.5 * 10.0**-DIGITS / published(name)[3].min()
+    assert shares[0] < half < shares[1]
 
 
 def test_the_wrong_filling_gives_another_result_by_the_ratio_of_cosines():

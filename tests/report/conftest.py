@@ -6,6 +6,7 @@ import pytest
 import gonio
 from gonio import Problem, catalogue, fit, join, simulate
 from gonio.measured import dataset
+from gonio.measured.causes import with_causes
 
 HOSTILE = '<script>alert("1")</script>&]]>\x1b[31m\'{{ 7 * 7 }}--></style><b>\u202e'
 VALUES = {"rho_s": 0.3, "rho_d": 0.1, "width": 0.2}
@@ -38,12 +39,23 @@ def around(**coordinates):
     )
 
 
+def by_cause():
+    """In plane: random errors of 1 %, a factor of 2 %, two darks, and the zero of the arm, odd about the normal."""
+    scan = painted()
+    f, theta_r = scan["brdf"].values, dataset.signed_theta_r(scan)
+    shifts = {"standard": 0.02 * f, "dark[1]": -1e-4 + 0 * f, "dark[2]": 2e-4 + 0 * f}
+    return with_causes(scan.assign(uncertainty=0.01 * scan["brdf"]), shifts | {"zero": 1e-3 * theta_r / 70 * f})
+
+
 def of(kind):
     """A scan and the fit to it."""
     ggx, lambert = catalogue["ggx"], catalogue["lambert"]
     if kind == "coating":
         scan = painted()
         return scan, gonio.fit(scan, ["ggx", "lambert", "phong"])
+    if kind == "causes":
+        scan = by_cause()
+        return scan, fit(Problem(ggx, scan, held=HELD))
     if kind == "spectral":
         scan = join({f"{k}": painted(0.1 + 0.01 * k, wavelength=400.0 + 10 * k) for k in range(8)}).drop_vars("scan")
         return scan, fit(Problem(ggx, scan, held=HELD, grouped={"width": "wavelength"}))
@@ -60,7 +72,7 @@ def of(kind):
     return scan, fit(Problem(lambert, scan))
 
 
-KINDS = ("coating", "spectral", "hemisphere", "hostile", "grouped", "two values")
+KINDS = ("coating", "causes", "spectral", "hemisphere", "hostile", "grouped", "two values")
 ABOUT = {
     "sample": {"name": HOSTILE, "dimensions": {"length": {"value": 50, "unit": "mm", "uncertainty": 0.1}}},
     "instrumentation": {"detection_system": {"solid_angle": {"value": 1.2e-4, "unit": "sr"}}},

@@ -8,6 +8,7 @@ import pytest
 from browser import browser
 from report.conftest import KINDS
 
+pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
 A4 = 297.0  # mm
 MARGINS = 34.0  # mm, above and below together
 MM = 96 / 25.4  # pixels
@@ -51,7 +52,7 @@ def test_nothing_is_wider_than_the_screen(shown, kind, width):
     assert tab.title()
 
 
-@pytest.mark.parametrize("kind", ["coating", "hemisphere"])
+@pytest.mark.parametrize("kind", ["coating", "causes", "hemisphere"])
 def test_text_in_figures_can_be_read_on_a_telephone(shown, kind):
     """At least 8 pixels, of which a telephone shows two or three to a point of the page."""
     tab = shown(kind, 360)
@@ -65,7 +66,7 @@ def test_text_in_figures_can_be_read_on_a_telephone(shown, kind):
     assert min(heights) >= 8
 
 
-@pytest.mark.parametrize("kind", ["coating", "spectral", "hemisphere", "two values"])
+@pytest.mark.parametrize("kind", ["coating", "causes", "spectral", "hemisphere", "two values"])
 def test_it_is_printed_whole(shown, kind, tmp_path):
     tab = shown(kind, 1280)
     pdf = tmp_path / "page.pdf"

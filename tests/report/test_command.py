@@ -1,6 +1,7 @@
 """`gonio report` of files: scans, results, and what it refuses before it begins."""
 
 import json
+import shutil
 import sys
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from gonio import Problem, catalogue, fit, write
 from gonio.app.cli import main
+from gonio.reporting.pdf import NAMES
 from report.conftest import painted
 
 
@@ -59,7 +61,7 @@ def test_a_fit_writes_its_report(run, here):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("results --out page.pdf", "written as .html, .md or .txt"),
+        ("results --out page.docx", "written as .html, .pdf, .md or .txt"),
         ("results --model ggx --out page.html", "results: holds a fit, and options of fitting belong to a scan"),
         ("results --group rho=theta_i --out page.html", "options of fitting belong to a scan"),
         ("results --floor 0.1 --out page.html", "holds a fit, and --select, masks and corrections belong to a scan"),
@@ -95,3 +97,28 @@ def test_another_scan_is_refused_for_a_fit_with_its_points(run, here):
     code, err = run("gonio report results --scan other.csv --out page.html")
     assert code == 1
     assert "this scan has not the values that were fitted" in err
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("results", "a report is a file: give --out page.html, or --pdf page.pdf"),
+        ("results --pdf page.html", "--pdf writes PDF: name a file that ends in .pdf"),
+    ],
+)
+def test_what_is_printed_needs_a_name(run, here, line, words):
+    code, err = run(f"gonio report {line}")
+    assert code == 1
+    assert words in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.skipif(not any(map(shutil.which, NAMES)), reason=f"none of {', '.join(NAMES)} is installed")
+def test_a_fit_is_printed_beside_its_page(run, here):
+    assert run("gonio report results --out page.html --pdf page.pdf")[0] == 0
+    assert (here / "page.pdf").read_bytes().startswith(b"%PDF")
+    assert record(here / "page.html")["summary"]["model"] == "lambert"
+    code, err = run("gonio report results --pdf page.pdf")
+    assert code == 1
+    assert "page.pdf" in err
+    assert "--force" in err

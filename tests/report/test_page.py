@@ -13,6 +13,7 @@ from gonio.reporting.citation import reference
 from gonio.results.content import content
 from report.conftest import DATE, HOSTILE, KINDS, of, painted
 
+pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 SECTIONS = (
     *("identification", "sample", "instrument", "method", "environment", "conventions", "results", "uncertainty"),
@@ -162,8 +163,8 @@ def test_a_fit_without_its_points_asks_for_the_scan(tmp_path):
 
 def test_refusals(tmp_path):
     _, solution = of("two values")
-    with pytest.raises(ValueError, match=r"written as .html, .md or .txt"):
-        gonio.report(solution, tmp_path / "page.pdf")
+    with pytest.raises(ValueError, match=r"written as .html, .pdf, .md or .txt"):
+        gonio.report(solution, tmp_path / "page.docx")
     with pytest.raises(ValueError, match=r"date of a report is 'yesterday': give it as in 2026-01-31"):
         gonio.report(solution, tmp_path / "page.html", date="yesterday")
     with pytest.raises(ValueError, match=r"about: sample has no key 'nmae'; nearest: name"):

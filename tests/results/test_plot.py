@@ -110,8 +110,8 @@ def test_a_report_is_text(fits, tmp_path):
     joint.report(tmp_path / "report.md")
     written = (tmp_path / "report.md").read_text(encoding="utf-8").splitlines()
     assert all(line.startswith("    ") for line in written if line)  # a block of code, in which no name is markup
-    with pytest.raises(ValueError, match=r"written as .html, .md or .txt"):
-        joint.report(tmp_path / "report.pdf")
+    with pytest.raises(ValueError, match=r"written as .html, .pdf, .md or .txt"):
+        joint.report(tmp_path / "report.docx")
 
 
 def test_a_report_without_a_curve_in_plane_says_so(tmp_path):

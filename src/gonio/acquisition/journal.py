@@ -12,7 +12,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -68,12 +68,14 @@ def read_journal(path: str | Path) -> Content:
             raise ValueError("its plan is not that of its checksum")
         if not isinstance(head["instrument"], dict):
             raise TypeError("its instrument is no table")
+        if not isinstance(name := head.get("plan_name", ""), str):
+            raise TypeError("the name of its plan is no text")
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise FormatError(path, f"is no journal of gonio: {error}", "line 1") from error
     for number, record in enumerate(records, start=2):
         if wrong := _wrong(record, len(plan.steps)):
             raise FormatError(path, f"is no record of a measurement: {wrong}", f"line {number}")
-    return Content(head, plan, records, len(lines.tail))
+    return Content(head, replace(plan, name=name), records, len(lines.tail))
 
 
 def _wrong(record: Any, steps: int) -> str:
@@ -145,7 +147,8 @@ class Journal(AbstractContextManager["Journal"]):
             self._keep_tail(lines.tail, lines.length)
         self._length = lines.length
         if not lines.texts:
-            head = {"format": FORMAT, "plan_sha256": self.plan.sha256, "plan": self.plan.record}
+            head: dict[str, Any] = {"format": FORMAT, "plan_sha256": self.plan.sha256, "plan": self.plan.record}
+            head |= {"plan_name": self.plan.name} if self.plan.name else {}
             head["instrument"] = _plain(self.instrument)
             self.content = Content(head, self.plan, [])
             self._write(head)

@@ -9,7 +9,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -120,11 +120,15 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Plan:
-    """Steps in their order, under which conditions, and what was left out with reasons."""
+    """Steps in their order, under which conditions, and what was left out with reasons.
+
+    name: of the file that it was read from, which is no part of what the plan says; empty where there is none.
+    """
 
     conditions: Conditions
     steps: tuple[Step, ...]
     skipped: tuple[Skipped, ...] = ()
+    name: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if not self.steps:
@@ -211,7 +215,7 @@ def read_plan(path: str | Path) -> Plan:
     path = Path(path)
     text = whole(path, LARGEST)
     try:
-        return plan_of(tomllib.loads(text))
+        return replace(plan_of(tomllib.loads(text)), name=path.name)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(path, f"is no TOML: {error}") from error
     except (ValueError, TypeError) as error:
@@ -222,7 +226,7 @@ def plan_of(record: Mapping[str, Any]) -> Plan:
     """The plan that plain data describe, as `Plan.record` gives them. ValueError for anything else."""
     if record.get("format") != FORMAT:
         raise ValueError(f'its format is {record.get("format", "not stated")!r}, expected "{FORMAT}"')
-    named = {field.name: field.type for field in fields(Conditions)}
+    named = {one.name: one.type for one in fields(Conditions)}
     if unknown := set(record) - set(named) - {"format", "steps", "skipped"}:
         raise ValueError(f"it states {', '.join(sorted(map(str, unknown)))}, which no plan has: take it out")
     stated = {name: record[name] for name in named if name in record}

@@ -36,6 +36,7 @@ from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Progress, Solver, silent
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
+from gonio.measured.dataset import is_degree
 from gonio.measured.polarisers import unpolarised
 from gonio.model import Model
 from gonio.processes import crew
@@ -119,7 +120,9 @@ def answer(
     """The best of some models, or of the whole catalogue, for a scan; `options` are those of ProblemOptions."""
     asked, watch = asked or Asked(), watch or Watch()
     models = list(models or everything())
-    if not all(model.polarised for model in models):
+    if is_degree(scan):
+        models = [model for model in models if model.polarised] if is_everything(models) else models
+    elif not all(model.polarised for model in models):
         scan = unpolarised(scan)
     scan, contradicted = (scan, []) if asked.keep_all else consistent(scan)
     settings = settled(scan, options)
@@ -167,6 +170,16 @@ def everything() -> list[Model]:
     from gonio.models import catalogue
 
     return list(catalogue.values())
+
+
+def polarised() -> list[Model]:
+    """The models of the catalogue that know polarisation, by their Mueller matrices."""
+    return [model for model in everything() if model.polarised]
+
+
+def is_everything(models: Sequence[Model]) -> bool:
+    """Whether every model of the catalogue is tried, of which those without polarisation know no degree of it."""
+    return {model.name for model in everything()} <= {model.name for model in models}
 
 
 def _unvalidated(row: Row) -> tuple[float, int]:

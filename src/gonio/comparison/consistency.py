@@ -87,10 +87,10 @@ def contradictions(points: xr.Dataset) -> list[Contradiction]:
     """The values of a flat scan that the rest of it contradicts: incidence angles, the worst first, then edges.
 
     None of a scan with transmission, whose exchanged directions lie on the other side, nor of a surface that was
-    turned, whose curves are many at one incidence angle.
+    turned, whose curves are many at one incidence angle; nor of degrees of polarisation, which change under exchange.
     """
     is_turned = "phi_i" in points.coords and len(np.unique(points["phi_i"].values)) > 1
-    if is_turned or "transmission" in dataset.modes(points):
+    if is_turned or "transmission" in dataset.modes(points) or dataset.is_degree(points):
         return []
     angles = inconsistent_angles(points)
     theta_i = points["theta_i"].values

@@ -17,6 +17,7 @@ from gonio.fitting.objective.from_scan import answered
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.solver import Progress, Solver, silent
+from gonio.measured.dataset import is_degree
 from gonio.measured.polarisers import unpolarised
 from gonio.model import Model
 from gonio.options import options_of
@@ -101,7 +102,7 @@ def problems_of(scan: xr.Dataset, models: Sequence[Model], options: ProblemOptio
 
     All are judged at the same points: where a model knows no polarisation, of unpolarised light for every one.
     """
-    if not all(model.polarised for model in models):
+    if not is_degree(scan) and not all(model.polarised for model in models):
         scan = unpolarised(scan)
     return [Problem(model, scan, **for_model(model, models, options)) for model in models]
 

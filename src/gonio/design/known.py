@@ -11,7 +11,7 @@ from gonio.design.noise import Noise, noise_of
 from gonio.fitting.objective.differences import SMALLEST, derivative
 from gonio.fitting.objective.entries import group_label
 from gonio.fitting.solution import Solution
-from gonio.measured.dataset import geometry, sets
+from gonio.measured.dataset import sets
 from gonio.measured.instrument import Acceptance
 
 Values = npt.NDArray[np.float64]
@@ -69,10 +69,10 @@ class Known:
         """
         model, stored = self.solution.model, self.solution.dataset
         at = self.solution.places(directions)
-        acceptance = Acceptance(self.solution.instrument, geometry(directions))
+        acceptance = Acceptance.of(self.solution.instrument, directions, model)
         values = stored["value"].values
         owner = stored["name"].values[self.places]
-        shape = [k for k, name in enumerate(owner) if name in model.shape]
+        shape = [k for k, name in enumerate(owner) if name in model.shape or acceptance.of_degrees]
         out = np.zeros((directions.sizes["direction"], len(self.places)))
 
         def of_shape(some: Values) -> Values:
@@ -81,11 +81,14 @@ class Known:
             return np.broadcast_to(acceptance.brdf(model, {n: changed[p] for n, p in at.items()}), len(out))
 
         if shape:
-            lower = np.array([model.shape[owner[k]].lower for k in shape])
-            upper = np.array([model.shape[owner[k]].upper for k in shape])
+            bounds = [model.shape.get(owner[k]) for k in shape]  # none of a weight, which a ratio takes like a shape
+            lower = np.array([0.0 if one is None else one.lower for one in bounds])
+            upper = np.array([np.inf if one is None else one.upper for one in bounds])
             some = values[self.places[shape]]
             low, high = np.minimum(lower, some), np.maximum(upper, some)
             out[:, shape] = derivative(of_shape, some, low, high, scale=SMALLEST)
+        if acceptance.of_degrees:
+            return out
         basis = acceptance.basis(model, {n: values[p] for n, p in at.items() if n in model.shape})
         for k, name in enumerate(owner):
             if name in basis:

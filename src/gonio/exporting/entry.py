@@ -15,6 +15,7 @@ from gonio.exporting.target import WORST, Content, Made, Proof, Request, Target
 from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
 from gonio.model import Model
+from gonio.outside import nearest
 
 
 @dataclass(frozen=True)
@@ -86,10 +87,8 @@ def export(
     ------
     FileExistsError
         A file exists, and `force` is not set.
-    KeyError
-        There is no such target.
     ValueError
-        The target cannot take the model, or the data are relative and no scale is given.
+        There is no such target, it cannot take the model, or the data are relative and no scale is given.
 
     Examples
     --------
@@ -126,6 +125,9 @@ def write(
 def chosen(to: str, path: Path) -> Target:
     """The target of that name, or the one that has the suffix; ValueError where several have it or none."""
     if to:
+        if to not in targets():
+            known = ", ".join(t.name for t in targets().values() if not t.refused)
+            raise ValueError(f"no target is called {to!r}; {nearest(to, targets())}; all: {known}")
         target = targets()[to]
         if target.refused:
             raise ValueError(f"{target.title}: {target.refused}")

@@ -25,7 +25,7 @@ def heading(subject: Subject, what: str, *, quantity: str = QUANTITY, frame: str
     facts = {
         "written by": f"gonio {version('gonio')} on {datetime.now(UTC).date().isoformat()}",
         "model": f"{model.name}: {model.title}",
-        "source": str(published) if published else model.cite,
+        "source": str(published) if published else model.cite or "not stated",
         "values": subject.origin,
         "wavelength": _wavelengths(subject),
         "quantity": quantity,
@@ -35,12 +35,12 @@ def heading(subject: Subject, what: str, *, quantity: str = QUANTITY, frame: str
     }
     if model.confidence != "confirmed":
         facts["formula"] = f"{model.confidence}: read in an abstract or in other papers, not in its source"
-    lines = [what, ""]
+    lines = [printable(what), ""]
     for name, text in facts.items():
         lines += textwrap.wrap(
             printable(f"{name}: {text}"), WIDTH, subsequent_indent="  ", break_long_words=True, break_on_hyphens=False
         )
-    return [*lines, "", *value_lines(subject)]
+    return [*lines, "", *map(printable, value_lines(subject))]
 
 
 def value_lines(subject: Subject) -> Iterator[str]:

@@ -14,6 +14,7 @@ def targets() -> NearestNames[Target]:
     """Every target by name. A name that it does not have raises a KeyError with the nearest names."""
     found: set[Target] = set()
     for module in pkgutil.walk_packages(declared.__path__, f"{declared.__name__}."):
-        contents = vars(importlib.import_module(module.name))
-        found |= {value for value in contents.values() if isinstance(value, Target)}
+        for value in vars(importlib.import_module(module.name)).values():
+            many = value if isinstance(value, tuple | list) else (value,)
+            found |= {one for one in many if isinstance(one, Target)}
     return NearestNames("target", {t.name: t for t in sorted(found, key=lambda t: t.name)})

@@ -1,6 +1,5 @@
 """What all targets share that write source code: names, values with what they mean, and the proof of the formula."""
 
-import keyword
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gonio.exporting.languages import c, javascript, python
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Proof
 from gonio.geometry import Geometry
@@ -16,6 +16,7 @@ from gonio.symbols.formula import formula_of
 from gonio.symbols.graph import Node
 from gonio.symbols.program import Program, staged
 
+RESERVED = c.KEYWORDS | javascript.KEYWORDS | python.RESERVED  # a name serves for every language
 DOUBLE = 1e-12  # relative error of printed double precision: some hundred operations
 PAIRS = 200
 
@@ -24,7 +25,7 @@ def identifier(text: str) -> str:
     """A name for a program: letters, digits and underscores, of which the first is no digit."""
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "model"
     name = f"_{name}" if name[0].isdigit() else name
-    return f"{name}_" if keyword.iskeyword(name) else name
+    return f"{name}_" if name in RESERVED else name
 
 
 def programmed(subject: Subject) -> tuple[Program, dict[str, list[float]]]:
@@ -56,7 +57,7 @@ def pairs() -> Geometry:
     view[:, 35:45] = _vectors(np.full(10, 3e-5), azimuth[1, 35:45])
     view[2, 45:50] *= -1
     light[2, 50:55] *= -1
-    light[2, 55:57] = 0.0
+    light[:, 55:57] = _vectors(np.zeros(2), azimuth[0, 55:57])
     view[:, 57:80] = _vectors(z[1, 57:80] * 0 + 0.5, np.full(23, 0.3))  # a narrow lobe about the mirror direction
     near = view[:, 57:80] * np.array([[-1.0], [-1.0], [1.0]]) + random.normal(0, 0.02, (3, 23))
     light[:, 57:80] = near / np.linalg.norm(near, axis=0)
@@ -68,9 +69,15 @@ def _vectors(z: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), z])
 
 
-def proved(subject: Subject, how: str, run: Callable[[Geometry], np.ndarray], limit: float = DOUBLE) -> Proof:
-    """The largest error of a printed program over PAIRS pairs, relative to the model's value there."""
-    geometry = pairs()
+def proved(
+    subject: Subject,
+    how: str,
+    run: Callable[[Geometry], np.ndarray],
+    limit: float = DOUBLE,
+    geometry: Geometry | None = None,
+) -> Proof:
+    """The largest error of a printed program over PAIRS pairs, or others, relative to the model's value there."""
+    geometry = geometry or pairs()
     expected = np.asarray(subject.brdf(geometry), dtype=float)
     found = np.asarray(run(geometry), dtype=float)
     scale = np.maximum(np.abs(expected), 1e-290)

@@ -16,6 +16,7 @@ from gonio.measured import dataset
 from gonio.measured.causes import SYSTEMATIC
 from gonio.measured.dataset import add_history, flatten
 from gonio.measured.masking import mask
+from gonio.measured.polarimetry.degree import dolp
 from gonio.measured.sound import UNCERTAINTIES
 from gonio.options import Option, Panel
 
@@ -115,6 +116,10 @@ class Corrections:
     divide: Annotated[str, Option("divide the values by this, such as pi, or 100 for per cent", metavar="VALUE|pi")] = (
         ""
     )
+    dolp: Annotated[
+        bool,
+        Option("take the degree of linear polarisation: of readings in s and in p, or of the column dolp"),
+    ] = False
     saturation: Annotated[
         str, Option("leave out values from this on, where the detector was saturated", metavar="VALUE")
     ] = ""
@@ -126,6 +131,7 @@ class Corrections:
         scan = mirror_azimuth(scan) if self.mirror_azimuth else scan
         scan = shift_theta_r(scan, self.shift_theta_r) if self.shift_theta_r else scan
         scan = divide_cosine(scan) if self.divide_cosine else scan
+        scan = dolp(scan) if self.dolp else scan
         scan = divide(scan, _number(self.divide, "--divide")) if self.divide else scan
         return mask_saturated(scan, _number(self.saturation, "--saturation")) if self.saturation else scan
 

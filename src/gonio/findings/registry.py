@@ -12,6 +12,7 @@ from gonio.findings.curves import Curve, curves, reflected
 from gonio.findings.turned import turned
 from gonio.measured.check import Finding, worst_first
 from gonio.measured.check import check as basic
+from gonio.measured.dataset import is_degree
 from gonio.resampling.hemisphere import Reflectance
 
 UNREADABLE = (
@@ -81,6 +82,7 @@ def check(scan: xr.Dataset, table: Sequence[Reflectance] = ()) -> list[Finding]:
     if any(finding.name in UNREADABLE for finding in found):
         return found
     seen = Measured(scan, table)
-    if seen.flat.sizes["direction"]:
+    # what a lobe or the energy of a BRDF shows says nothing of a ratio
+    if seen.flat.sizes["direction"] and not is_degree(scan):
         found = [finding for look in MISTAKES.values() for finding in look(seen)] + found
     return worst_first(found)

@@ -37,6 +37,7 @@ from gonio.fitting.search.strength import effective_values, resolved
 from gonio.fitting.solution import Solution
 from gonio.fitting.status import Status
 from gonio.measured.causes import CAUSE
+from gonio.measured.polarimetry.ratio import whole
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -93,7 +94,9 @@ def fit(
             "covariance": covariance,
         }
     )
-    return _logged(Solution(assembled({**parameters.coords, CAUSE: list(shifts)}, columns, attributes), problem.model))
+    return _logged(
+        Solution(assembled({**parameters.coords, CAUSE: list(shifts)}, columns, attributes), whole(problem.model))
+    )
 
 
 def _logged(solution: Solution) -> Solution:

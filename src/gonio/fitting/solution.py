@@ -235,7 +235,7 @@ class Solution(Readable):
             starts = range(0, points.sizes["direction"], TOGETHER)
             parts = [points.isel(direction=slice(start, start + TOGETHER)) for start in starts]
         # A generator: with an instrument an acceptance holds many directions for each point, and one is held at a time.
-        acceptances = (Acceptance.of(self.instrument, part) for part in parts)
+        acceptances = (Acceptance.of(self.instrument, part, self.model) for part in parts)
         brdf = [a.brdf(self.model, self.at(part)) for a, part in zip(acceptances, parts, strict=True)]
         return np.concatenate([np.broadcast_to(f, p.sizes["direction"]) for f, p in zip(brdf, parts, strict=True)])
 
@@ -245,7 +245,7 @@ class Solution(Readable):
         Raises ValueError where a direction belongs to no group of the fit.
         """
         values = self.at(points)
-        acceptance = Acceptance.of(self.instrument, points)
+        acceptance = Acceptance.of(self.instrument, points, self.model)
         basis = acceptance.basis(self.model, {n: value for n, value in values.items() if n in self.model.shape})
         return {weight: np.asarray(values[weight] * term, dtype=float) for weight, term in basis.items()}
 

@@ -26,7 +26,7 @@ from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.schema import ATTRIBUTES, COORDINATES, OF_POINTS, SCAN, SOLUTION, VARIABLES, Variable
 from gonio.fitting.status import Status
 from gonio.measured.causes import CAUSE
-from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
+from gonio.measured.dataset import DIRECTIONS, HORIZON, UNITS
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
 
@@ -186,7 +186,7 @@ class _Stored:
             "status": list(Status),
             "covariance": ["", *COVARIANCES],
             "weighting": list(WEIGHTINGS),
-            "unit": [ABSOLUTE, RELATIVE],
+            "unit": list(UNITS),
         }
         for name, words in known.items():
             if attrs[name] not in words:

@@ -15,7 +15,8 @@ import xarray as xr
 from gonio.door import text
 from gonio.files import FormatError, replacing
 from gonio.formats.format import Format
-from gonio.measured.dataset import DIRECTIONS, add_history, modes, unit
+from gonio.measured.dataset import DIRECTIONS, add_history, is_degree, modes, unit
+from gonio.measured.polarimetry.degree import labelled
 from gonio.measured.sound import missing
 from gonio.model import NearestNames
 from gonio.outside import printable
@@ -96,8 +97,8 @@ def read(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `brdf` [1/sr, or relative values in "a.u."] over directions in degrees, with `uncertainty` and `mask` where the
-        file has them, and what was done to the data in the attribute `history`.
+        `brdf` [1/sr, relative values in "a.u.", or degrees of polarisation in "1"] over directions in degrees, with
+        `uncertainty` and `mask` where the file has them, and what was done to the data in the attribute `history`.
 
     Raises
     ------
@@ -108,11 +109,21 @@ def read(path: str | Path) -> xr.Dataset:
 
     """
     recognised = recognise(path)
-    scan = recognised.read(Path(path))
+    scan = labelled_in(path, recognised.read(Path(path)))
     logging.getLogger(__name__).info(
         "read %s as %s: %s values", printable(str(path)), recognised.title, scan["brdf"].size
     )
     return add_history(scan, f"read from {Path(path).name} as {recognised.title}")
+
+
+def labelled_in(path: str | Path, scan: xr.Dataset) -> xr.Dataset:
+    """A scan that was read; one of degrees of polarisation says of each which it is, or raises FormatError."""
+    if not is_degree(scan):
+        return scan
+    try:
+        return labelled(scan)
+    except ValueError as error:
+        raise FormatError(Path(path), str(error), "column polarisation") from None
 
 
 def writer(path: str | Path, to: str = "") -> Format:

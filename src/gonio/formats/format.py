@@ -80,6 +80,7 @@ class Format:
     `reflectances(part)` gives, for one set of a scan of the format's own, incidence angles theta_i and phi_i [deg] and
     the exact directional-hemispherical reflectances there; None where the set is in another form.
     `evaluate(scan, theta_i, theta_r, phi, phi_i)` is the format's own interpolation [deg], where it defines one.
+    `remark(scan)` is a sentence that a user of the written file has to know, empty where there is none to say.
     """
 
     name: str
@@ -93,6 +94,7 @@ class Format:
     exact_means: Callable[[xr.Dataset, xr.Dataset], Means | None] | None = None
     reflectances: Callable[[xr.Dataset], tuple[npt.NDArray[np.float64], ...] | None] | None = None
     evaluate: Evaluate | None = None
+    remark: Callable[[xr.Dataset], str] | None = None
     holds: Holds = field(default_factory=Holds)
     rank: int = 0
 

@@ -55,16 +55,19 @@ def with_causes(scan: xr.Dataset, shifts: Mapping[str, npt.ArrayLike]) -> xr.Dat
 
 
 def causes(scan: xr.Dataset) -> dict[str, Values]:
-    """The shifts of a flat scan by cause, each (directions,); empty where the scan states no systematic uncertainty."""
+    """The shifts of a scan by cause, each of the BRDF's dimensions; empty where it states no systematic uncertainty."""
     if SYSTEMATIC in scan:
-        shifts = scan[SYSTEMATIC].transpose(CAUSE, ...)
+        shifts = scan[SYSTEMATIC].transpose(CAUSE, *scan["brdf"].dims)
         names = scan[CAUSE].values.astype(str).tolist() if CAUSE in scan.coords else range(shifts.sizes[CAUSE])
         return {str(name): np.asarray(v, dtype=float) for name, v in zip(names, shifts.values, strict=True)}
     return {WHOLE: scan[TOTAL].values.astype(float)} if TOTAL in scan else {}
 
 
-def fault(scan: xr.Dataset) -> str:
-    """What is wrong with the causes of a scan, in words; empty where nothing is, and where it has none."""
+def fault(scan: xr.Dataset, *, values: bool = True) -> str:
+    """What is wrong with the causes of a scan, in words; empty where nothing is, and where it has none.
+
+    values: whether to look at the shifts themselves, which of many scans may be more than memory holds.
+    """
     if SYSTEMATIC not in scan.variables:
         return ""
     variable, brdf = scan[SYSTEMATIC], scan["brdf"]
@@ -75,11 +78,15 @@ def fault(scan: xr.Dataset) -> str:
     names = scan[CAUSE].values.astype(str).tolist()
     if len(set(names)) < len(names) or "" in names:
         return "names a cause twice, or one without a name"
-    if np.isinf(variable.values).any():
+    if values and np.isinf(variable.values).any():
         return "is infinite"
     if variable.attrs.get("units", brdf.attrs.get("units")) != brdf.attrs.get("units"):
         return "is in another unit than brdf"
-    if TOTAL in scan and not _agree(scan[TOTAL].transpose(*brdf.dims).values, variable.transpose(CAUSE, *brdf.dims)):
+    if (
+        values
+        and TOTAL in scan
+        and not _agree(scan[TOTAL].transpose(*brdf.dims).values, variable.transpose(CAUSE, *brdf.dims))
+    ):
         return f"does not add up to {TOTAL}: that is the root of the sum of their squares; delete it to have it made"
     return ""
 

@@ -8,14 +8,14 @@ import xarray as xr
 
 from gonio.measured.causes import SYSTEMATIC, fault
 from gonio.measured.dataset import (
-    ABSOLUTE,
     ANGLES,
     DIRECTIONS,
     HORIZON,
-    RELATIVE,
     SETS,
+    UNITS,
     flatten,
     in_use,
+    is_degree,
 )
 from gonio.measured.distinct import combined, distinct_in_groups
 from gonio.measured.sound import (
@@ -32,6 +32,7 @@ from gonio.units import unit_label
 USED = ("brdf", "uncertainty", "uncertainty_systematic", "mask")  # the variables of a scan that gonio works with
 OF_READERS = ("line", "origin")  # what a reader or a resampling says of each value
 BEYOND = f"outside {SMALLEST_SQUARED:g} to {LARGEST_SQUARED:g}"  # where its square overflows or vanishes
+MOST_DEGREE = 2.0  # of a degree of polarisation, which is 1 at most: more is no noise
 ALIKE = 0.75  # of two names: how alike a column's name is to one that gonio uses, before a slip is suspected
 
 
@@ -110,7 +111,7 @@ def _units(scan: xr.Dataset) -> list[Finding]:
             remedy = "give degrees and units='degree'"
             found.append(Finding(Severity.ERROR, f"{name} is in {units!r}", remedy, name="unit"))
     brdf_unit = scan["brdf"].attrs.get("units")
-    if brdf_unit not in (ABSOLUTE, RELATIVE):
+    if brdf_unit not in UNITS:
         remedy = "set units to 'sr-1', or 'a.u.' for relative data"
         found.append(Finding(Severity.ERROR, f"brdf is in {brdf_unit!r}", remedy, name="unit"))
     return found
@@ -144,7 +145,9 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         what = f"brdf is infinite at {_count(infinite)}"
         found.append(Finding(Severity.ERROR, what, "delete these rows", places(scan, infinite), "infinite"))
     negative = used & (values < 0)
-    if negative.any():
+    if is_degree(scan):
+        found += _degrees(scan, used)
+    elif negative.any():
         what = f"brdf is negative at {_count(negative)}"
         remedy = "noise about zero may stay; relative and log weighting need it masked with a floor"
         found.append(Finding(Severity.WARNING, what, remedy, places(scan, negative), "negative"))
@@ -157,6 +160,18 @@ def _values(scan: xr.Dataset) -> list[Finding]:
         remedy = "they stay in the file and take no part in fits"
         found.append(Finding(Severity.NOTE, f"{masked} values are masked", remedy, name="masked"))
     return found
+
+
+def _degrees(scan: xr.Dataset, used: np.ndarray) -> list[Finding]:
+    """A share of light is no more than all of it."""
+    beyond = used & (np.abs(scan["brdf"].values) > 1)
+    if not beyond.any():
+        return []
+    what, where = f"the degree of polarisation is above 1 at {_count(beyond)}", places(scan, beyond)
+    if np.abs(scan["brdf"].values[used]).max() > MOST_DEGREE:
+        remedy = "in percent, call the column 'DoLP [%]', or add --divide 100"
+        return [Finding(Severity.ERROR, what, remedy, where, "degree-above-one")]
+    return [Finding(Severity.WARNING, what, "noise may do this where there is little light", where, "degree-above-one")]
 
 
 def _uncertainties(scan: xr.Dataset) -> list[Finding]:

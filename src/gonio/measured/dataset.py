@@ -1,6 +1,7 @@
 """The one kind of thing that travels: an xarray Dataset of a BRDF over directions.
 
-Variables: `brdf` [sr-1, or a.u. for relative data]; optional `uncertainty` (standard, k = 1) and
+Variables: `brdf` [sr-1, a.u. for relative data, 1 of degrees of polarisation]; optional `uncertainty` (standard, k = 1)
+and
 `uncertainty_systematic` in the same unit, with `systematic` (cause, direction) where its causes are known (causes.py);
 optional `mask` (0 = in use). Coordinates: `theta_i`, `theta_r` (0 to 90)
 and `phi` [degree]; `phi_i` [degree] where the surface was turned; and those of SETS where there are several sets:
@@ -42,7 +43,8 @@ HORIZON = 90.0 + 1e-9  # deg; a direction at 90 is of the hemisphere, also where
 # Attribute: the dimensions of a format's own that run over the directions of one scan, such as the patches of a matrix.
 AXES = "axes_of_directions"
 PARAMETERISATION = "parameterisation"  # attribute: the format whose own interpolation holds between the directions
-ABSOLUTE, RELATIVE = CF_STRINGS["brdf"], CF_STRINGS["relative"]
+ABSOLUTE, RELATIVE, DEGREE = (CF_STRINGS[n] for n in ("brdf", "relative", "degree of polarisation"))
+UNITS = (ABSOLUTE, RELATIVE, DEGREE)
 
 Values = npt.ArrayLike
 
@@ -99,13 +101,18 @@ def add_history(scan: xr.Dataset, line: str) -> xr.Dataset:
 
 
 def unit(scan: xr.Dataset) -> str:
-    """`sr-1` or, for relative data, `a.u.`; ValueError where the Dataset does not say."""
+    """`sr-1`, for relative data `a.u.`, for a degree of polarisation `1`; ValueError where the Dataset does not say."""
     found = scan["brdf"].attrs.get("units")
-    if found not in (ABSOLUTE, RELATIVE):
+    if found not in UNITS:
         raise ValueError(
             f"the BRDF's unit is {found!r}: set brdf.attrs['units'] to 'sr-1', or 'a.u.' for relative data"
         )
     return str(found)
+
+
+def is_degree(scan: xr.Dataset) -> bool:
+    """Whether the values of a scan are degrees of linear polarisation, which have the unit 1."""
+    return bool(scan["brdf"].attrs.get("units") == DEGREE)
 
 
 def modes(scan: xr.Dataset) -> set[str]:

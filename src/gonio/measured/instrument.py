@@ -12,7 +12,7 @@ the mean of f cos(theta_i) cos(theta_r) over both cones, over the same cosines a
 sum is the weighted sum of the means: a model stays linear in its weights.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
@@ -22,7 +22,8 @@ import xarray as xr
 
 from gonio.geometry import GRAZING, Geometry
 from gonio.measured import dataset
-from gonio.measured.polarisers import analysed
+from gonio.measured.polarimetry.ratio import RatioModel, refuse_scalar, whole
+from gonio.measured.polarisers import Analysers, analysed, names_degrees
 from gonio.model import Model
 from gonio.optics.quadrature import gauss_legendre
 from gonio.options import Option, Panel
@@ -115,11 +116,9 @@ class Acceptance:
     Raises ValueError where a direction lies on the horizon, because the reduction then divides by zero.
     """
 
-    def __init__(self, instrument: Instrument, geometry: Geometry, analysed: Values | None = None) -> None:
+    def __init__(self, instrument: Instrument, geometry: Geometry, analysed: Analysers | None = None) -> None:
         self._centre = geometry
-        self._analysed = (
-            analysed  # (points, 4, 4): what each reading takes of a Mueller matrix; None: of the BRDF alone
-        )
+        self._analysed = analysed  # what each reading takes of a Mueller matrix; None: of the BRDF alone
         self._blocks: list[tuple[Geometry, Values]] = []
         if not instrument:
             return
@@ -135,12 +134,37 @@ class Acceptance:
             self._blocks.append((seen, (source[1][i] * detector[1][r])[:, None] * cosines))
 
     @classmethod
-    def of(cls, instrument: Instrument, points: xr.Dataset) -> "Acceptance":
-        """Of the directions of a flat scan, seen through the polarisers that it names."""
-        return cls(instrument, dataset.geometry(points), analysed(points))
+    def of(cls, instrument: Instrument, points: xr.Dataset, model: Model | None = None) -> "Acceptance":
+        """Of the directions of a flat scan, for a model; a Mueller one through the polarisers that it names.
+
+        Raises ValueError for degrees of polarisation of a model that knows none.
+        """
+        geometry = dataset.geometry(points)
+        if model is None or whole(model).polarised:
+            return cls(instrument, geometry, analysed(points))
+        if names_degrees(points):
+            refuse_scalar(model)
+        return cls(instrument, geometry)
+
+    @property
+    def through_polarisers(self) -> bool:
+        """Whether the readings take more of a Mueller matrix than its element 00."""
+        return self._analysed is not None
+
+    @property
+    def of_degrees(self) -> bool:
+        """Whether the readings are degrees of polarisation, which are no sum of terms."""
+        return self._analysed is not None and self._analysed.parts is not None
 
     def basis(self, model: Model, shape: Mapping[str, Any]) -> dict[str, Values]:
-        """Every term by weight as the instrument reads it, for shape parameters as `Model.basis` takes them."""
+        """Every term by weight as the instrument reads it, for shape parameters as `Model.basis` takes them.
+
+        Raises ValueError for degrees of polarisation, unless the model is a RatioModel, whose one term they are.
+        """
+        if isinstance(model, RatioModel):
+            return {model.scale: self.brdf(model.of, model.values(shape))}
+        if self.of_degrees:
+            raise ValueError("a degree of polarisation is a ratio, and no sum of terms: ask for the whole model")
         if not self._blocks:
             return self._terms(model, self._centre, shape)
         found = [(self._terms(model, seen, _beside_nodes(shape)), weights) for seen, weights in self._blocks]
@@ -151,24 +175,42 @@ class Acceptance:
         if self._analysed is None or not model.polarised:
             return model.basis(directions, shape)
         matrices = model.mueller_basis(directions, shape)
-        return {name: self._seen(matrix) for name, matrix in matrices.items()}
-
-    def _seen(self, matrix: Any) -> Values:
-        assert self._analysed is not None  # asked by both that call
-        seen: Values = np.einsum("...nij,nij->...n", matrix, self._analysed)
-        return seen
+        return {name: _seen(matrix, self._analysed.intensity) for name, matrix in matrices.items()}
 
     def brdf(self, model: Model, values: Mapping[str, Any]) -> Values:
-        """The BRDF as the instrument reads it, for weights and shape parameters as a Model takes them."""
-        if not self._blocks:
-            return self._brdf(model, self._centre, values)
-        found = [_mean(self._brdf(model, seen, _beside_nodes(values)), weights) for seen, weights in self._blocks]
-        return np.sum(found, axis=0)
+        """The BRDF as the instrument reads it, for weights and shape parameters as a Model takes them.
 
-    def _brdf(self, model: Model, directions: Geometry, values: Mapping[str, Any]) -> Values:
-        if self._analysed is None or not model.polarised:
-            return model(directions, values)
-        return self._seen(model.mueller(directions, values))
+        Of degrees of polarisation the ratio of what it reads; 0 where there is no light, and so none that is polarised.
+        Raises ValueError for degrees of polarisation of a model that knows none.
+        """
+        if self._analysed is not None and self._analysed.parts is not None:
+            return self._degree(model, values, self._analysed)
+        analysers = self._analysed
+        if analysers is None or not model.polarised:
+            return self._averaged(lambda g, v: np.asarray(model(g, v)), values)
+        return self._averaged(lambda g, v: _seen(model.mueller(g, v), analysers.intensity), values)
+
+    def _degree(self, model: Model, values: Mapping[str, Any], analysers: Analysers) -> Values:
+        assert analysers.parts is not None
+        assert analysers.signed is not None
+        refuse_scalar(model)
+        several = np.stack([analysers.intensity, *analysers.parts])  # (3, points, 4, 4)
+        i, q, u = self._averaged(lambda g, v: np.stack([_seen(model.mueller(g, v), w) for w in several]), values)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(np.where(i > 0, np.where(analysers.signed, q, np.hypot(q, u)) / i, 0.0))
+
+    def _averaged(self, read: Callable[[Geometry, Mapping[str, Any]], Values], values: Mapping[str, Any]) -> Values:
+        """What is read at the centres, or its mean over the cones."""
+        if not self._blocks:
+            return read(self._centre, values)
+        found = [_mean(read(seen, _beside_nodes(values)), weights) for seen, weights in self._blocks]
+        return np.asarray(np.sum(found, axis=0))
+
+
+def _seen(matrix: Any, weight: Values) -> Values:
+    """What is read of Mueller matrices (..., points, 4, 4) with the weight (points, 4, 4) of each element."""
+    seen: Values = np.einsum("...nij,nij->...n", matrix, weight)
+    return seen
 
 
 def _beside_nodes(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,14 +1,15 @@
 """Scans computed from a model: for studies, demos and tests, and always called simulated."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.measured.dataset import ABSOLUTE, make_scan
+from gonio.measured.dataset import ABSOLUTE, DEGREE, make_scan
 from gonio.measured.instrument import IDEAL, Acceptance, Instrument
 from gonio.measured.masking import mask
+from gonio.measured.polarisers import POLARISATION, is_of_degree
 from gonio.model import Model
 
 Value = float | Mapping[float, float]
@@ -27,6 +28,7 @@ def simulate(
     unit: str = ABSOLUTE,
     wavelength: float | None = None,
     instrument: Instrument = IDEAL,
+    polarisation: str | Sequence[str] = (),
 ) -> xr.Dataset:
     """Simulate a scan of the plane of incidence: a model at every pair of `theta_i` and signed `theta_r`, with noise.
 
@@ -52,6 +54,9 @@ def simulate(
         The wavelength [nm] of every value.
     instrument : Instrument
         Half-angles of source and detector, folded in by a finer rule than that of a fit.
+    polarisation : str or sequence of str
+        The states in which every direction is read, such as ("s", "p"), of a model with a Mueller matrix; one that
+        names a degree of polarisation, ">q" or ">dolp", gives values with the unit 1.
 
     Returns
     -------
@@ -64,14 +69,18 @@ def simulate(
         A mapping has no value for an incidence angle.
 
     """
-    incidence, reflection = (a.ravel() for a in np.meshgrid(theta_i, theta_r, indexing="ij"))
-    colour = {} if wavelength is None else {"wavelength": np.full(incidence.shape, float(wavelength))}
-    scan = make_scan(incidence, reflection, np.zeros(incidence.shape), unit=unit, coordinates=colour)
+    labels = [polarisation] if isinstance(polarisation, str) else list(polarisation)
+    mesh = np.meshgrid(theta_i, theta_r, labels or [""], indexing="ij")
+    incidence, reflection, state = (a.ravel() for a in mesh)
+    said = {} if wavelength is None else {"wavelength": np.full(incidence.shape, float(wavelength))}
+    said |= {POLARISATION: state} if labels else {}
+    unit = DEGREE if any(map(is_of_degree, labels)) else unit
+    scan = make_scan(incidence, reflection, np.zeros(incidence.shape), unit=unit, coordinates=said)
     at_points = {
         name: np.array([value[angle] for angle in incidence]) if isinstance(value, Mapping) else value
         for name, value in values.items()
     }
-    true = np.asarray(Acceptance.of(instrument.finer(), scan).brdf(model, at_points))
+    true = np.asarray(Acceptance.of(instrument.finer(), scan, model).brdf(model, at_points))
     spread = np.sqrt((noise * true) ** 2 + offset_noise**2)
     measured = true + spread * np.random.default_rng(seed).standard_normal(true.shape)
     scan["brdf"].values[:] = measured

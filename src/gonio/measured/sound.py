@@ -8,7 +8,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured.causes import SYSTEMATIC, fault
-from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE
+from gonio.measured.dataset import ANGLES, DIRECTIONS, HORIZON, UNITS
+from gonio.measured.stack import foreign_dims
 
 UNCERTAINTIES = ("uncertainty", "uncertainty_systematic")
 VALUES_AT_ONCE = 1_048_576  # of an array that stays in a file
@@ -58,8 +59,8 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
         if not set(scan[name].dims) <= set(scan["brdf"].dims):
             yield name, "has dimensions that brdf has not"
             return
-    if scan["brdf"].attrs.get("units") not in (ABSOLUTE, RELATIVE):
-        yield "brdf", "has no unit sr-1 or a.u."
+    if scan["brdf"].attrs.get("units") not in UNITS:
+        yield "brdf", "has no unit sr-1, a.u. or 1"
     most = 180.0 if "direction" not in scan["brdf"].dims else HORIZON
     for name in (n for n in DIRECTIONS if n in scan.variables):
         low, high = (0.0, most) if name.startswith("theta") else (-np.inf, np.inf)
@@ -68,7 +69,7 @@ def faults(scan: xr.Dataset) -> Iterator[tuple[str, str]]:
             if not inside.all():
                 yield name, f"holds {piece[~inside].flat[0]:g}, which is no such angle [deg]"
                 break
-    if wrong := fault(scan):
+    if wrong := fault(scan, values=not foreign_dims(scan)):
         yield SYSTEMATIC, wrong
     if "wavelength" in scan.variables:
         wavelength = scan["wavelength"].values

@@ -12,13 +12,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.measured.causes import CAUSE, SYSTEMATIC, TOTAL, WHOLE
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import AXES, DIRECTIONS, HORIZON, SETS
 
 NODE = "node"  # each node's place along the scan's dimensions
-# What fits of many scans say of a systematic uncertainty that their stack states.
-NOT_COUNTED = "is in no uncertainty of these fits: fit a scan alone, which counts it by cause"
-LANED = ("brdf", "uncertainty", "mask")  # what each lane may have of its own
+LANED = ("brdf", "uncertainty", TOTAL, "mask")  # what each lane may have of its own
 
 
 def lane_dims(stack: xr.Dataset, each: Sequence[str] = ()) -> tuple[str, ...]:
@@ -54,6 +53,7 @@ def one_scan(stack: xr.Dataset, lanes: Sequence[str]) -> xr.Dataset:
         if name in stack.coords and name not in lanes and set(stack[name].dims) & set(lanes):
             raise ValueError(f"{name} differs from lane to lane, and lanes share their directions: fit them in groups")
     first = stack.isel(dict.fromkeys(lanes, 0), drop=True)
+    first = first.drop_vars([SYSTEMATIC, CAUSE], errors="ignore")  # of values, which these are none
     first = first.drop_vars([n for n in LANED if n in first and n != "brdf" and set(stack[n].dims) & set(lanes)])
     below = (first["theta_i"] > HORIZON) | (first["theta_r"] > HORIZON)
     # By its shape alone: the values of the first lane stay in the store.
@@ -80,9 +80,27 @@ class StackLanes:
     def __len__(self) -> int:
         return math.prod(self.shape)
 
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The causes of systematic uncertainty that the stack states, as `measured.causes` names them."""
+        if SYSTEMATIC in self._stack:
+            count = self._stack.sizes[CAUSE]
+            return tuple(map(str, self._stack[CAUSE].values if CAUSE in self._stack.coords else range(count)))
+        return (WHOLE,) if TOTAL in self._stack else ()
+
+    def shifts(self, first: int, last: int) -> npt.NDArray[np.float64]:
+        """The shift of every value of some lanes by each cause (causes, lanes, points)."""
+        if SYSTEMATIC not in self._stack:
+            return self.values(TOTAL, first, last)[None].astype(float)
+        by_cause = (self._stack[SYSTEMATIC].isel({CAUSE: k}, drop=True) for k in range(self._stack.sizes[CAUSE]))
+        return np.stack([self._of_lanes(one, first, last).astype(float) for one in by_cause])
+
     def values(self, name: str, first: int, last: int) -> npt.NDArray[Any]:
         """A variable of some lanes (lanes, points), as floats."""
-        whole = self._stack[name].transpose(*(d for d in self.dims if d in self._stack[name].dims), ...)
+        return self._of_lanes(self._stack[name], first, last)
+
+    def _of_lanes(self, variable: xr.DataArray, first: int, last: int) -> npt.NDArray[Any]:
+        whole = variable.transpose(*(d for d in self.dims if d in variable.dims), ...)
         if self.dims[0] not in whole.dims:
             whole = whole.expand_dims({self.dims[0]: self.shape[0]})
         inner = math.prod(self.shape[1:])

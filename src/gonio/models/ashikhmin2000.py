@@ -45,7 +45,8 @@ def coupled_diffuse(g: Geometry, rs: Specular) -> PerSteradian:
 
 
 def _left(cos: Array) -> Array:
-    return 1 - (1 - cos / 2) ** 5
+    c = cos / 2  # multiplied out, E keeps its digits near the horizon
+    return c * (5 - c * (10 - c * (10 - c * (5 - c))))
 
 
 ashikhmin_shirley = Model(

@@ -47,10 +47,11 @@ def hemisphere(
         figure = new_figure(4.0 * columns + 0.9, 3.5 * rows + 0.5)
         most = max(0.0, *(float(np.nanmax(v, initial=0.0)) for v in views)) or 1.0  # any scale where all is dark
         least = max(min(float(v[v > 0].min(initial=most)) for v in views), most / 1e6)
+        lowest = min(0.0, *(float(np.nanmin(v, initial=0.0)) for v in views))  # below zero of degrees with a sign
         axes = []
         for k, (name, view) in enumerate(zip(panels, views, strict=True)):
             ax: Any = figure.add_subplot(rows, columns, k + 1, projection="polar")
-            norm = LogNorm(least, most) if logarithmic and least < most else Normalize(0.0, most)
+            norm = LogNorm(least, most) if logarithmic and least < most else Normalize(lowest, most)
             mesh, gaps = _coloured(ax, view, norm)
             mark_directions(ax, panels[name][0], dark=gaps)
             ax.set_title(as_label(name), pad=12)

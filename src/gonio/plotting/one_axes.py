@@ -41,7 +41,7 @@ def curves_on(ax: "Axes", scan: xr.Dataset, fits: Fits) -> None:
             line: dict[str, Any] = {"color": colour, "linestyle": DASHES[j % len(DASHES)], "linewidth": 1.2}
             ax.plot(curve.fine_theta_r, predictor(curve.fine), **line, label=None if k else as_label(name))
     measured = np.concatenate([curve.measured for curve in panels])
-    if (measured > 0).any():
+    if (measured > 0).any() and not dataset.is_degree(panels[0].points):
         ax.set_yscale("log")
         positive = measured[measured > 0]
         ax.set_ylim(max(positive.min() / 2, positive.max() * FINEST), positive.max() * 2.5)
@@ -57,12 +57,13 @@ def residuals_on(ax: "Axes", scan: xr.Dataset, fits: Fits) -> None:
             label = f"θᵢ = {curve.theta_i:g}°" + (f", {as_label(name)}" if len(fits) > 1 else "")
             ax.plot(*_relative(curve, predictor), color=colour, linestyle=dashes, linewidth=1.2, label=label)
     ax.axhline(0, color="0.4", linewidth=0.8)
-    _finish(ax, "(model − data) / peak [%]")
+    _finish(ax, "model − data" if dataset.is_degree(panels[0].points) else "(model − data) / peak [%]")
 
 
 def _relative(curve: Curve, predictor: Predictor) -> tuple[Any, Any]:
-    error = 100 * (predictor(curve.points) - curve.measured) / curve.measured.max()
-    return with_gaps(curve.theta_r, error)
+    error = predictor(curve.points) - curve.measured
+    peak = 1.0 if dataset.is_degree(curve.points) else curve.measured.max() / 100
+    return with_gaps(curve.theta_r, error / peak)
 
 
 def _finish(ax: "Axes", label: str) -> None:

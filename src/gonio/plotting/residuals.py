@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from gonio.measured.dataset import is_degree
 from gonio.plotting.page.sheet import side_by_side, stacked
 from gonio.plotting.panels import panel_curves, with_gaps
 from gonio.plotting.style import (
@@ -28,21 +29,22 @@ if TYPE_CHECKING:
 def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "", most: int = 6) -> "Figure":
     """One column for each incidence angle: above the difference over the curve's peak, below over each value.
 
-    Where a page has no room for both, the former is drawn.
+    Of degrees of polarisation, which have no peak and may be zero, the difference itself is drawn alone. Where a page
+    has no room for both, the former is drawn.
     """
     panels, note = panel_curves(scan, side_by_side(most))
     with house_style():
-        count = stacked(2)
-        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 4.8)
+        of_degrees = is_degree(panels[0].points)
+        count = 1 if of_degrees else stacked(2)
+        figure = new_figure(max(2.5 * len(panels), 5.0) + 0.6, 2.4 + 2.4 * (not of_degrees))
         axes = figure.subplots(count, len(panels), squeeze=False, sharex="col", sharey="row")
         for k, curve in enumerate(panels):
             for j, (name, predictor) in enumerate(fits.items()):
                 error = predictor(curve.points) - curve.measured
                 positive = curve.measured > 0
                 style = line_style(j) | {"linewidth": 1.2}
-                axes[0, k].plot(
-                    *with_gaps(curve.theta_r, 100 * error / curve.measured.max()), **style, label=as_label(name)
-                )
+                whole = error if of_degrees else 100 * error / curve.measured.max()
+                axes[0, k].plot(*with_gaps(curve.theta_r, whole), **style, label=as_label(name))
                 relative = 100 * error / np.where(positive, curve.measured, np.nan)
                 if count > 1:
                     axes[1, k].plot(*with_gaps(curve.theta_r, relative), **style)
@@ -52,7 +54,7 @@ def residuals(scan: xr.Dataset, fits: Mapping[str, Predictor], *, title: str = "
                 ax.axhline(0, color="0.4", linewidth=0.8)
                 mark_specular(ax, curve.theta_i)
                 angle_ticks(ax, curve.theta_r[0], curve.theta_r[-1])
-        axes[0, 0].set_ylabel("(model − data) / peak [%]")
+        axes[0, 0].set_ylabel("model − data" if of_degrees else "(model − data) / peak [%]")
         if count > 1:
             axes[1, 0].set_ylabel("(model − data) / data [%]")
             axes[1, 0].set_yscale("symlog", linthresh=10)

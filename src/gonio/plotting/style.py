@@ -53,13 +53,15 @@ QUANTITIES = {frozenset(["reflection"]): "BRDF", frozenset(["transmission"]): "B
 
 
 def quantity_of(scan: xr.Dataset) -> str:
-    """BRDF, BTDF, or BSDF of both modes."""
+    """BRDF, BTDF, or BSDF of both modes; DoLP of degrees of linear polarisation."""
+    if "brdf" in scan and dataset.is_degree(scan):
+        return "DoLP"
     return QUANTITIES.get(frozenset(dataset.modes(scan)), "BSDF")
 
 
 def value_label(unit: str, quantity: str = "BRDF") -> str:
     """The label of an axis of values in a unit of scans."""
-    return f"{quantity} [{unit_label(unit)}]"
+    return f"{quantity} [{unit_label(unit)}]" if unit_label(unit) else quantity
 
 
 GREEK = {"alpha": "α", "beta": "β", "gamma": "γ", "kappa": "κ", "rho": "ρ", "sigma": "σ", "theta": "θ", "tau": "τ"}
@@ -217,10 +219,15 @@ def save(figure: "Figure", path: Path, suffixes: Iterable[str] = (".png", ".svg"
         fit_to_page(figure)
         if any(target.suffix.lower() == ".png" for target in targets):
             _refuse_vast(figure)
-        for target in targets:
-            kind = target.suffix.lower().removeprefix(".")
-            with replacing(target, force) as temporary:
-                figure.savefig(temporary, format=kind, metadata=UNDATED.get(kind))
+        engine = figure.get_layout_engine()
+        try:
+            for target in targets:
+                kind = target.suffix.lower().removeprefix(".")
+                with replacing(target, force) as temporary:
+                    figure.savefig(temporary, format=kind, metadata=UNDATED.get(kind))
+                figure.set_layout_engine("none")  # to find room for the panels anew takes as long as to draw them
+        finally:
+            figure.set_layout_engine(engine)
     return targets
 
 

@@ -25,6 +25,11 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+def is_superuser() -> bool:
+    """Whether this process may do everything, as root; never where the system has no such user."""
+    return hasattr(os, "geteuid") and os.geteuid() == 0
+
+
 def peak_megabytes() -> float:
     """The most memory [MB] that this process has taken; 0 where the system does not tell."""
     try:

@@ -41,6 +41,13 @@ def reader_of(path: str | Path) -> Reader | None:
     return next((reader for reader in READERS if reader.recognises(start)), None)
 
 
+def reader_of_raw(path: str | Path) -> Reader | None:
+    """The reader of a file that holds raw readings and no scan beside them; None for any other. Raises as above."""
+    reader = reader_of(path)
+    is_both = reader is not None and reader.read is table.read and table.is_scan_too(head(Path(path), HEAD))
+    return None if is_both else reader
+
+
 def read_readings(path: str | Path) -> xr.Dataset:
     """The raw readings of a file; FormatError, with the place and the remedy, for a file that holds none."""
     path = Path(path)

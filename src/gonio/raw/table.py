@@ -34,11 +34,21 @@ def _separated(line: str) -> list[str]:
     return [cell.strip() for cell in max(rows, key=len)]
 
 
-def recognises(start: bytes) -> bool:
-    """Whether the first line that is no remark names a column of signals, and none of a BRDF in 1/sr."""
+def _headings(start: bytes) -> list[str]:
+    """The first line that is no remark, as headings in lower case."""
     text = start.decode("utf-8", errors="replace").removeprefix("\ufeff")
     first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    names = [name.lower() for name in _separated(first)]
+    return [name.lower() for name in _separated(first)]
+
+
+def is_scan_too(start: bytes) -> bool:
+    """Whether a table that `recognises` takes holds values in arbitrary units beside its signals: a scan as well."""
+    return any(name.startswith(f"{OF_A_SCAN}_") for name in _headings(start))
+
+
+def recognises(start: bytes) -> bool:
+    """Whether the first line that is no remark names a column of signals, and none of a BRDF in 1/sr."""
+    names = _headings(start)
     if f"{OF_A_SCAN}_sr-1" in names or not any(name.startswith("theta_i") for name in names):
         return False
     return bool({"signal", *(f"signal_{unit.lower()}" for unit in UNITS)} & set(names))

@@ -30,6 +30,7 @@ from gonio.reduction.settings import Reduction
 from gonio.reduction.standards import Absolute, Relative
 from gonio.reduction.steps.filling import Filling
 from gonio.reduction.steps.signature import TOO_MUCH
+from gonio.reduction.steps.unsteady import drifted
 
 Values = npt.NDArray[np.float64]
 Place = tuple[float, ...]
@@ -185,6 +186,7 @@ def _flags(read: Corrected, brdf: Values, random: Values, stray: Values) -> list
     some = np.flatnonzero(usable)
     for flag in flagging.shaded(read.theta_i[some], read.signed[some], brdf[some], random[some]):
         found.append(flagging.Flag(flag.name, int(some[flag.row]), flag.reason))
+    found += drifted(read)
     for row in np.flatnonzero(stray > TOO_MUCH * np.abs(brdf + stray)).tolist():
         found.append(flagging.Flag("instrument", row, "more than a third of the value is the instrument's signature"))
     return sorted(found, key=lambda flag: flag.row)

@@ -1,4 +1,4 @@
-"""Values of one direction put together: repeats averaged, light of s and p polarisation made unpolarised.
+"""Values of one direction put together: repeats averaged.
 
 Random uncertainties shrink with the number of values; a cause of systematic uncertainty shifts all of them, so its
 shifts are averaged with their signs.
@@ -13,7 +13,6 @@ from gonio.measured.dataset import DIRECTIONS, SETS, add_history, flatten
 
 Values = npt.NDArray[np.float64]
 DECIMALS = 6  # of a degree, to which equal directions agree
-S, P = "s", "p"
 
 
 def averaged(scan: xr.Dataset) -> xr.Dataset:
@@ -25,40 +24,6 @@ def averaged(scan: xr.Dataset) -> xr.Dataset:
     """
     flat = flatten(scan)
     return add_history(_means(flat, (*DIRECTIONS, *SETS)), "averaged repeats: uncertainties are of the mean")
-
-
-def unpolarised(scan: xr.Dataset) -> xr.Dataset:
-    """The scan for unpolarised light, f = (f_s + f_p)/2 at each direction.
-
-    Raises ValueError where a direction is not there in both, or another state is.
-    """
-    flat = flatten(scan)
-    states = set(flat["polarisation"].values.astype(str).tolist()) if "polarisation" in flat.coords else set()
-    if states != {S, P}:
-        raise ValueError(
-            f"unpolarised light needs readings in s and in p; there are {', '.join(sorted(states)) or 'none'}"
-        )
-    each = averaged(flat)
-    halves = [each.isel(direction=np.flatnonzero(each["polarisation"].values.astype(str) == s)) for s in (S, P)]
-    keys = [_keys(half, (*DIRECTIONS, *(n for n in SETS if n != "polarisation"))) for half in halves]
-    if set(keys[0]) != set(keys[1]):
-        odd = min(set(keys[0]) ^ set(keys[1]), key=str)
-        raise ValueError(f"the direction {', '.join(map(str, odd))} is not there in both s and p: read the other one")
-    order = np.array([keys[1].index(key) for key in keys[0]], dtype=np.intp)
-    s, p = (half.drop_vars("polarisation") for half in (halves[0], halves[1].isel(direction=order)))
-    out = s.assign(brdf=(s["brdf"] + p["brdf"].values) / 2)
-    out["brdf"].attrs = s["brdf"].attrs
-    if "uncertainty" in s:
-        out["uncertainty"] = (
-            "direction",
-            np.hypot(s["uncertainty"], p["uncertainty"].values).values / 2,
-            s["uncertainty"].attrs,
-        )
-    if "mask" in s:
-        out["mask"] = ("direction", np.maximum(s["mask"].values, p["mask"].values), s["mask"].attrs)
-    of_p = causes(p)
-    out = with_causes(out, {name: (part + of_p[name]) / 2 for name, part in causes(s).items()})
-    return add_history(out, "took the mean of s and p: unpolarised light")
 
 
 def _keys(flat: xr.Dataset, names: tuple[str, ...]) -> list[tuple[object, ...]]:

@@ -30,14 +30,14 @@ def report(
     date: str = "",
     force: bool = False,
 ) -> Path:
-    """Write a report on a scan or a fit: one page of HTML that needs nothing else, for `.md` and `.txt` the short text.
+    """Write a report on a scan or a fit: one page of HTML that needs nothing else, or PDF; `.md`, `.txt`: a short text.
 
     Parameters
     ----------
     of : Solution or xarray.Dataset
         A fit; or a scan, to which the best model is fitted first, as `gonio.fit(scan)` does.
     path : str or Path
-        The file to write.
+        The file to write. A PDF is printed by an installed Chromium.
     scan : xarray.Dataset, optional
         The scan of a fit as it was read, for what the fit does not hold: masked values, header, systematic
         uncertainties.
@@ -59,8 +59,8 @@ def report(
     FileExistsError
         The file exists, and `force` is not set.
     ValueError
-        The suffix is another, a key is none of BiRD's, the scan is not that of the fit, or the fit has no points and no
-        scan is given.
+        The suffix is another, no browser is installed that prints a PDF, a key is none of BiRD's, the scan is not that
+        of the fit, or the fit has no points and no scan is given.
 
     Examples
     --------

@@ -69,7 +69,7 @@ def _curve(case: Case, part: xr.Dataset, theta_i: float, words: str) -> Picture 
     try:
         with drawn_on(CURVES):
             figure = drawn("curves", "", part, fits, view)
-            return Picture(_svg(_alone(figure), f"curve-{theta_i:.4g}-{words}", f"Curve at {where}"), where)
+            return Picture(svg_element(_alone(figure), f"curve-{theta_i:.4g}-{words}", f"Curve at {where}"), where)
     except ValueError as error:
         return f"No figure of curves: {error}"
 
@@ -89,7 +89,7 @@ def residual_pictures(case: Case) -> Iterator[Any]:
         kinds["spectra"] = "Values by wavelength"
     for kind, caption in kinds.items():
         try:
-            pictures.append(Picture(_svg(_drawing(case, kind), kind, caption), caption))
+            pictures.append(Picture(svg_element(_drawing(case, kind), kind, caption), caption))
         except ValueError as error:
             notes.append(f"No figure of {kind}: {error}")
     yield Pictures("", pictures)
@@ -125,7 +125,7 @@ def hemisphere_pictures(case: Case) -> Iterator[Any]:
         with drawn_on(TALL):
             figure = drawn("hemisphere", "", case.scan, {case.model: case.solution}, View(theta_i=(theta_i,)))
             name = f"Hemisphere at θᵢ = {theta_i:.4g}°"
-            pictures.append(Picture(_svg(figure, "hemisphere", name), name))
+            pictures.append(Picture(svg_element(figure, "hemisphere", name), name))
     except ValueError as error:
         notes.append(f"No figure of the hemisphere: {error}")
     legend = "Top views: the centre is θᵣ = 0, the rim 90°, forward to the right; + is the specular direction. Blank "
@@ -135,7 +135,7 @@ def hemisphere_pictures(case: Case) -> Iterator[Any]:
     yield Notes("hemisphere-figures", list(dict.fromkeys(notes)), plain=True)
 
 
-def _svg(figure: "Figure", name: str, said: str) -> str:
+def svg_element(figure: "Figure", name: str, said: str) -> str:
     """One svg element whose names are its own on the page, with fonts that stand in for Matplotlib's."""
     _bare(figure)
     prefix = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") + "-"

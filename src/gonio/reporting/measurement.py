@@ -11,8 +11,10 @@ import xarray as xr
 from gonio.fitting.certainty.band import band
 from gonio.fitting.covariance_kinds import COVARIANCES
 from gonio.measured import dataset
+from gonio.measured.causes import SYSTEMATIC
 from gonio.measured.sound import is_stated
 from gonio.reporting.blocks import Cell, Notes, Section, Table, angle, filled, number, percent
+from gonio.reporting.budget import budget_blocks, effect_blocks
 from gonio.reporting.case import Case
 from gonio.reporting.checks import reflectance
 from gonio.reporting.figures import curve_pictures, hemisphere_pictures
@@ -21,6 +23,10 @@ Values = npt.NDArray[np.float64]
 NEAR = 2.5  # deg: a measured direction no farther off stands for a named geometry
 MOST_ANGLES = 7  # of incidence whose specular direction is named
 EXPANDED = 2.0  # k
+WITHOUT_SCAN = (
+    "The scan named causes of systematic uncertainty, which a fit does not hold for every reading: the budget by cause "
+    "is in a report to which the scan is given (--scan)."
+)
 
 
 class Place(NamedTuple):
@@ -111,7 +117,10 @@ def _explained(case: Case) -> list[str]:
 
 
 def uncertainty(case: Case) -> Section:
-    """The budget: what the scan states, what its curves scatter by, what the model misses."""
+    """The budget: what the scan states, by cause where it names them, what curves scatter by, what the model misses.
+
+    Of every cause it is told what it does to the fitted values.
+    """
     flat = case.flat
     heads = ["component", "kind", "typical, of f", "largest, of f", "where it comes from"]
     rows = [
@@ -128,7 +137,17 @@ def uncertainty(case: Case) -> Section:
         if found.get(key) is not None:
             rows.append([Cell(label), Cell(kind), percent(found[key]), Cell("–"), Cell(source)])
     caption = "Uncertainty budget: standard uncertainties and errors as parts of the value"
-    return Section("uncertainty", "Uncertainty", [Table("budget", caption, heads, rows, left=2), _kinds(case)])
+
+    def blocks() -> Iterator[object]:
+        yield Table("budget", caption, heads, rows, left=2)
+        if SYSTEMATIC in flat:
+            yield from budget_blocks(case.scan)
+        elif case.solution.causes:
+            yield Notes("no-causes", [WITHOUT_SCAN], plain=True)
+        yield from effect_blocks(case.solution)
+        yield _kinds(case)
+
+    return Section("uncertainty", "Uncertainty", filled(blocks()))
 
 
 def _stated(flat: xr.Dataset, name: str, kind: str, label: str) -> Sequence[Cell]:

@@ -9,13 +9,13 @@ from typing import Any
 from gonio.files import replacing
 from gonio.fitting.solution import Solution
 from gonio.outside import printable
-from gonio.reporting import checks, circumstances, fitted, measurement
+from gonio.reporting import checks, circumstances, fitted, measurement, pdf
 from gonio.reporting.blocks import Cell, Facts, Section, count, data, percent
 from gonio.reporting.case import Case
 from gonio.results.content import HEADS, content, scan_name
 from gonio.results.text import as_text
 
-SUFFIXES = (".html", ".md", ".txt")
+SUFFIXES = (".html", pdf.SUFFIX, ".md", ".txt")
 
 
 @functools.cache
@@ -117,21 +117,32 @@ def _in_a_script(record: Mapping[str, Any]) -> Any:
 
 
 def refuse_other_suffix(path: Path) -> None:
-    """ValueError for a file whose suffix names no form of a report."""
+    """ValueError for a file whose suffix names no form of a report, and for PDF where no browser prints it."""
     if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"{path}: a report is written as .html, .md or .txt: choose one of these")
+        raise ValueError(f"{path}: a report is written as .html, .pdf, .md or .txt: choose one of these")
+    if path.suffix.lower() == pdf.SUFFIX:
+        pdf.browser()
 
 
-def write(case: Case, path: Path, force: bool) -> Path:
-    """The report in the form that the suffix names; ValueError for another, FileExistsError without `force`."""
-    suffix = path.suffix.lower()
-    refuse_other_suffix(path)
-    if suffix == ".html":
-        text = page(case)
-    else:
-        # indented, all of it is a block of code: nothing in a name is taken as markup
-        lines = as_text(case.solution).splitlines()
-        text = "\n".join(f"    {line}".rstrip() if suffix == ".md" else line for line in lines) + "\n"
-    with replacing(path, force) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+def write(case: Case, path: Path, force: bool, *more: Path) -> Path:
+    """The report in the form that each suffix names; ValueError for another, FileExistsError without `force`."""
+    paths = (path, *more)
+    for one in paths:
+        refuse_other_suffix(one)
+    html = page(case) if {one.suffix.lower() for one in paths} & {".html", pdf.SUFFIX} else ""
+    for one in paths:
+        if one.suffix.lower() == pdf.SUFFIX:
+            pdf.write_pdf(html, one, force)
+            continue
+        with replacing(one, force) as temporary:
+            temporary.write_text(html if one.suffix.lower() == ".html" else _short(case, one), encoding="utf-8")
     return path
+
+
+def _short(case: Case, path: Path) -> str:
+    """What `print(solution)` says, as text or as Markdown."""
+    # indented, all of it is a block of code: nothing in a name is taken as markup
+    indent = "    " if path.suffix.lower() == ".md" else ""
+    return (
+        "\n".join(f"{indent}{line}".rstrip() if indent else line for line in as_text(case.solution).splitlines()) + "\n"
+    )

@@ -25,14 +25,14 @@ from gonio.formats.format import Format
 from gonio.measured import dataset
 from gonio.measured.dataset import HORIZON, SETS, add_history, flatten
 from gonio.resampling.difference import STEEP, Difference, difference
+from gonio.resampling.grazing import bounded, outside_data, to_grazing
 from gonio.resampling.hemisphere import Reflectance, excessive, reflectances
 from gonio.resampling.holdings import fitted_to, formats_where, in_order, without_variables
 from gonio.resampling.means import means_over
 from gonio.resampling.resample import MODELLED, Filling, is_on, resample
 from gonio.resampling.sources import sets_of
 
-GRAZING = 85.0  # deg: incidence angle to which a file is filled by a model; beyond, many models have no bound
-FURTHER = (5.0, 15.0)  # deg: least and largest step between the further angles
+ENDS = 80.0  # deg: a file that ends at a smaller incidence angle leaves much of a rim to the program that reads it
 ROUNDING = 1e-12  # of a value, which changes of coordinates and of numbers to text leave
 MOST_SETS = 3  # of a written file whose energy is looked at, those with the largest values
 
@@ -117,6 +117,8 @@ def convert(
         ready = add_history(
             ready, f"laid out as {target.title} stores it: {in_words(difference(ready, reduced), target)}"
         )
+    if target.remark is not None and (remark := target.remark(ready)):
+        ready = add_history(ready, f"{target.title}: {remark}")
     if left_out:
         ready = add_history(ready, f"left out for {target.title}: {'; '.join(left_out)}")
     # Read back under its temporary name: a file that cannot be read never takes the place of one that can.
@@ -179,7 +181,10 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
     """
     if target.layout is None:
         return _without_gaps(scan, target, impose, filling)
-    onto = target.layout(scan if filling is None or filling.function is None else _to_grazing(scan))
+    if filling is None or filling.function is None:
+        onto = target.layout(scan)
+    else:
+        onto, filling = to_grazing(scan, target, filling.function), bounded(filling)
     if is_on(scan, onto) and not impose and filling is None:
         ready = scan  # with its other variables and its parameterisation, which resampling would drop
     elif target.means is not None and not is_on(scan, onto):
@@ -191,32 +196,11 @@ def laid_out(scan: xr.Dataset, target: Format, impose: Sequence[str], filling: F
             ready = ready.drop_vars("origin")
     if not target.holds.gaps:
         _refuse_gaps(ready, target, filling)
+    if filling is not None and filling.function is not None and (line := outside_data(scan, ready, filling)):
+        ready = add_history(ready, line)
     if "channel" in ready.dims and (order := in_order(list(ready["channel"].values), target.holds.channels)):
         ready = ready if tuple(ready["channel"].values) == order else ready.sel(channel=list(order))
     return ready
-
-
-def _to_grazing(scan: xr.Dataset) -> xr.Dataset:
-    """The scan with directions, but no values, at further incidence angles from 0 to GRAZING deg.
-
-    A layout that takes the incidence angles of the scan then has them up to there, for a model to fill. A program that
-    reads a file whose angles end before has to repeat the last one or to darken the rim.
-    """
-    flat, on_grid = scan["brdf"].dims == ("direction",), scan["theta_i"].dims == ("theta_i",)
-    if not (flat or on_grid):
-        return scan
-    theta_i = np.unique(np.round(scan["theta_i"].values.astype(float), 6))
-    step = float(np.clip(np.median(np.diff(theta_i)), *FURTHER)) if len(theta_i) > 1 else FURTHER[1]
-    below, above = np.arange(theta_i[0] - step, 0, -step), np.arange(theta_i[-1] + step, GRAZING, step)
-    ends = [*([0.0] if theta_i[0] > 0 else []), *([GRAZING] if theta_i[-1] < GRAZING else [])]
-    if not ends:
-        return scan
-    if on_grid:
-        return scan.reindex(theta_i=np.unique(np.concatenate([scan["theta_i"].values, below, above, ends])))
-    more = scan.isel(direction=np.zeros(len(below) + len(above) + len(ends), dtype=int))
-    missing = more.assign(brdf=("direction", np.full(more.sizes["direction"], np.nan), scan["brdf"].attrs))
-    missing = missing.assign_coords(theta_i=("direction", np.concatenate([below, above, ends]), scan["theta_i"].attrs))
-    return xr.concat([scan, missing], dim="direction", combine_attrs="override")
 
 
 def _refuse_gaps(ready: xr.Dataset, target: Format, filling: Filling | None) -> None:

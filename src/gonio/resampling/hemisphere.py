@@ -114,12 +114,17 @@ def contradictions(scan: xr.Dataset, found: Sequence[Reflectance]) -> list[Contr
     return out
 
 
-def _of_set(labels: Mapping[str, Any], part: xr.Dataset) -> Iterator[Reflectance]:
-    """The reflectances of one set: the format's own sums where it has such, else by quadrature at each incidence."""
+def exact_reflectances(part: xr.Dataset) -> tuple[Values, ...] | None:
+    """theta_i, phi_i [deg] and the exact reflectances of one set, by the format's own sums; None where it has none."""
     from gonio.formats import formats
 
     own = formats().get(part.attrs.get(PARAMETERISATION, ""))
-    if own is not None and own.reflectances is not None and (exact := own.reflectances(part)) is not None:
+    return own.reflectances(part) if own is not None and own.reflectances is not None else None
+
+
+def _of_set(labels: Mapping[str, Any], part: xr.Dataset) -> Iterator[Reflectance]:
+    """The reflectances of one set: the format's own sums where it has such, else by quadrature at each incidence."""
+    if (exact := exact_reflectances(part)) is not None:
         for theta_i, phi_i, value in zip(*exact, strict=True):
             yield Reflectance(labels, float(theta_i), float(phi_i), float(value), 1.0)
         return
@@ -128,7 +133,7 @@ def _of_set(labels: Mapping[str, Any], part: xr.Dataset) -> Iterator[Reflectance
     between, _ = interpolator_of(part)
     for turn in _chosen(part, "phi_i", MOST_TURNS) or [np.nan]:
         for theta_i in _chosen(part, "theta_i", MOST_ANGLES):
-            targets, weights = _nodes(theta_i, 0.0 if np.isnan(turn) else turn)
+            targets, weights = projected_nodes(theta_i, 0.0 if np.isnan(turn) else turn)
             f = between(targets)
             has = np.isfinite(f)
             if has.any():
@@ -149,7 +154,7 @@ def _chosen(part: xr.Dataset, name: str, most: int) -> list[float]:
     return [float(v) for v in values[rows]] if len(values) else []
 
 
-def _nodes(theta_i: float, phi_i: float) -> tuple[Targets, Values]:
+def projected_nodes(theta_i: float, phi_i: float = 0.0) -> tuple[Targets, Values]:
     """Directions (n,) above the horizon at one incidence, and their projected solid angles (n,) of sum pi.
 
     With u from 0 to 1 the angle from the mirror direction is 180 deg sinh(G u)/sinh(G): its steps grow in proportion to

@@ -32,11 +32,7 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
             f"the data are {quantity or 'a BRDF'}, and {target.title} holds {holds.quantity or 'BRDFs'}: "
             "write another format"
         )
-    if dataset.unit(scan) == dataset.RELATIVE and not holds.relative:
-        raise ValueError(
-            f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "
-            f"{formats_where(lambda f: f.holds.relative)}"
-        )
+    _refuse_unit(scan, target)
     scan, removed = _in_known_modes(scan, target)
     left_out += removed
     # The number of a single wavelength can be left out. Which of several is wanted, only the user can say.
@@ -63,6 +59,21 @@ def fitted_to(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:
         left_out.append(f"the mask: {masked} masked values became gaps" if masked else "an empty mask")
     scan, removed = without_variables(scan, target)
     return scan, left_out + removed
+
+
+def _refuse_unit(scan: xr.Dataset, target: Format) -> None:
+    """ValueError for values of another unit than the format can state."""
+    holds = target.holds
+    if dataset.is_degree(scan) and "*" not in holds.variables:
+        raise ValueError(
+            f"the data are degrees of polarisation, and {target.title} cannot say so: write "
+            f"{formats_where(lambda f: '*' in f.holds.variables)}"
+        )
+    if dataset.unit(scan) == dataset.RELATIVE and not holds.relative:
+        raise ValueError(
+            f"the data are relative (a.u.), and {target.title} cannot say so: calibrate them, or write "
+            f"{formats_where(lambda f: f.holds.relative)}"
+        )
 
 
 def _in_known_modes(scan: xr.Dataset, target: Format) -> tuple[xr.Dataset, list[str]]:

@@ -26,6 +26,7 @@ from gonio.resampling.resample import (
     fill,
     resampled,
     without_masked,
+    without_uncertainties,
 )
 from gonio.resampling.sources import Sources
 
@@ -59,7 +60,7 @@ def means_over(
     out = assembled(scan, onto, directions_of(onto), keys, {"brdf": columns}).assign_attrs(onto.attrs)
     if filling is not None and filling.function is not None and nodes.total:
         out.attrs[MODELLED] = float(nodes.counts[FILLED] / nodes.total)
-    return add_history(out, _line(out, how, partial, nodes, impose, filling))
+    return add_history(out, _line(out, how, partial, nodes, impose, filling) + without_uncertainties(scan, out))
 
 
 def _line(

@@ -25,6 +25,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.measured import dataset
+from gonio.measured.causes import SYSTEMATIC, TOTAL, cause_of, gathered, spread
 from gonio.measured.dataset import AXES, DIRECTIONS, HORIZON, PARAMETERISATION, SETS, SPECTRAL
 from gonio.resampling.interpolation import Targets, interpolator, targets_of
 from gonio.resampling.lookup import Measured
@@ -71,8 +72,9 @@ def resample(
     below the horizon is NaN. Masked values are gaps.
 
     Standard uncertainties are interpolated as the values are, u = sum_k w_k u_k, which takes those of neighbours as
-    fully correlated: of independent ones sqrt(sum_k (w_k u_k)^2) would be less. With `impose`, and for sets of more
-    than MOST_LOOKED_UP values, the result has no uncertainties.
+    fully correlated: of independent ones sqrt(sum_k (w_k u_k)^2) would be less. So are the shifts by each cause, with
+    their signs, for which it is exact; `uncertainty_systematic` is then the root of the sum of their squares. With
+    `impose`, and for sets of more than MOST_LOOKED_UP values, the result has no uncertainties, which the history says.
 
     Parameters
     ----------
@@ -89,8 +91,8 @@ def resample(
     -------
     xarray.Dataset
         `brdf` on the dimensions of `onto`, with channels, wavelengths or samples before them, and NaN where the scan
-        has no such combination; on `direction` they follow one another. Variables other than brdf and its
-        uncertainties are dropped. The history says how many values came about in which way.
+        has no such combination; on `direction` they follow one another. Variables other than brdf, its uncertainties
+        and their causes are dropped. The history says how many values came about in which way.
 
     Raises
     ------
@@ -99,6 +101,8 @@ def resample(
 
     """
     check_symmetries(impose, filling)
+    if SYSTEMATIC in scan:
+        scan = spread(scan).drop_vars(TOTAL, errors="ignore")  # the total follows from the causes
     directions = directions_of(onto)
     targets = targets_of(directions)
     # Grids such as the specular one have nodes below the horizon. They are no gaps: nothing fills or counts them.
@@ -123,10 +127,10 @@ def resample(
         del columns["origin"]
     # An uncertainty that only some of the sets have (a set may be too large to be looked up) is dropped for all.
     complete = {name: of_sets for name, of_sets in columns.items() if len(of_sets) == len(keys)}
-    out = assembled(scan, onto, directions, keys, complete)
+    out = gathered(assembled(scan, onto, directions, keys, complete))
     if filling is not None and filling.function is not None and len(origins):
         out.attrs[MODELLED] = float((origins == FILLED).mean())
-    line = _history_line(origins, len(rows), how, impose, filling)
+    line = _history_line(origins, len(rows), how, impose, filling) + without_uncertainties(scan, out)
     symmetries = (*impose, *(filling.symmetries if filling else ()))
     return dataset.add_history(out, line + (sources.without_exchange() if "reciprocity" in symmetries else ""))
 
@@ -151,6 +155,18 @@ def _history_line(origins: Values, directions: int, how: str, impose: Sequence[s
     if filling is not None and filling.function is not None:
         text += f", {count['filled']} filled by {filling.name}, not measured"
     return text + (f", {count['missing']} missing" if count["missing"] else "")
+
+
+def uncertain(scan: xr.Dataset) -> list[str]:
+    """The variables of a scan that say how uncertain its values are, each along the dimensions of brdf."""
+    names = [str(n) for n in scan.data_vars if n in ("uncertainty", TOTAL) or cause_of(str(n))]
+    return [n for n in names if set(scan[n].dims) == set(scan["brdf"].dims)]
+
+
+def without_uncertainties(scan: xr.Dataset, out: xr.Dataset) -> str:
+    """What the history says where a scan states uncertainties and what was made of it has none."""
+    has_any = bool(uncertain(scan)) or SYSTEMATIC in scan
+    return "; without the uncertainties" if has_any and not (uncertain(out) or SYSTEMATIC in out) else ""
 
 
 def is_on(scan: xr.Dataset, onto: xr.Dataset) -> bool:
@@ -197,7 +213,7 @@ def _copied(part: xr.Dataset, grid: tuple[Any, ...], rows: npt.NDArray[np.intp])
     Nothing is looked up: several nodes of a grid may be one direction (at a pole of its axes) and have values that
     differ, which a lookup by direction would exchange or average.
     """
-    names = [n for n in ("brdf", "uncertainty", "uncertainty_systematic") if n in part]
+    names = ["brdf", *uncertain(part)]
     columns = {n: part[n].transpose(*grid).values.astype(float).ravel()[rows] for n in names}
     return columns | {"origin": np.where(np.isnan(columns["brdf"]), MISSING, MEASURED).astype(float)}
 
@@ -228,13 +244,13 @@ def _uncertainties(part: xr.Dataset, wanted: Targets, measured: "Measured") -> d
     A format's own interpolation is of its BRDF alone, so uncertainties never go through it.
     """
     uncertainties = {}
-    for name in ("uncertainty", "uncertainty_systematic"):
-        if name in part and part[name].dims == part["brdf"].dims:
-            values, exact = measured.at(wanted, name)
-            remaining = np.flatnonzero(~exact)
-            if len(remaining):
-                values[remaining] = interpolator(part.assign(brdf=part[name]))[0](wanted.part(remaining))
-            uncertainties[name] = values
+    for name in uncertain(part):
+        values, exact = measured.at(wanted, name)
+        remaining = np.flatnonzero(~exact)
+        if len(remaining):
+            column = part[name].transpose(*part["brdf"].dims)
+            values[remaining] = interpolator(part.assign(brdf=column))[0](wanted.part(remaining))
+        uncertainties[name] = values
     return uncertainties
 
 

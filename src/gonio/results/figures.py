@@ -12,6 +12,9 @@ from gonio.comparison.assessment import Row
 from gonio.fitting.certainty.band import band
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
+from gonio.measured.polarimetry.degree import dolp, labelled
+from gonio.measured.polarimetry.ratio import refuse_scalar
+from gonio.options import one_of
 from gonio.plotting.components import components
 from gonio.plotting.convergence import convergence
 from gonio.plotting.curves import curves
@@ -21,12 +24,12 @@ from gonio.plotting.page import drawn_on
 from gonio.plotting.panels import origin_word, panel_curves
 from gonio.plotting.residuals import residuals
 from gonio.plotting.spectra import SPECTRAL, spectra
-from gonio.plotting.style import quantity_of
+from gonio.plotting.style import LINEAR, SCALES, quantity_of
 from gonio.results.content import scan_name
 from gonio.results.numbers import LEVEL
 from gonio.results.over_hemisphere import draw_hemisphere, draw_lobe
 from gonio.results.over_wavelength import draw_spectrum
-from gonio.results.view import OF_ANGLES, OF_FITS, OF_VIEWS, WHOLE, Fits, View, at_incidence
+from gonio.results.view import OF_ANGLES, OF_DEGREES, OF_FITS, OF_VIEWS, WHOLE, Fits, View, at_incidence
 from gonio.results.words import Words, finished, page_of, view_of
 
 if TYPE_CHECKING:
@@ -52,7 +55,8 @@ def plot(
         the scan alone.
     kind : str
         `curves`, `polar` (in plane, the value as a radius), `spectrum` (over wavelength or channel at a direction),
-        `hemisphere` (from above), `lobe` (in space), `residuals`, `components`, `convergence` or `spectra`.
+        `hemisphere` (from above), `lobe` (in space), `residuals`, `components`, `convergence`, `spectra` or `dolp`
+        (the degree of linear polarisation of readings in s and p, beside that of the fits).
     ax : matplotlib.axes.Axes, optional
         Axes to draw `curves` or `residuals` on, all incidence angles together. The other kinds, and these without
         `ax`, are figures of several panels.
@@ -129,6 +133,10 @@ def drawn(kind: str, title: str, scan: xr.Dataset, fits: Fits, view: View = WHOL
     if kind in OF_FITS and not fits:
         raise ValueError(f"{kind} shows fits: give a solution")
     view.refuse_unfit(kind)
+    if dataset.is_degree(scan):
+        scan = labelled(scan)
+        if kind not in OF_DEGREES:
+            raise ValueError(f"{kind} shows no degrees of polarisation: draw {one_of(OF_DEGREES)}")
     if view.theta_i and kind not in OF_VIEWS:  # which need the axes that a format may have
         scan = at_incidence(scan, view.theta_i)
     return KINDS[kind](title, scan, fits, view)
@@ -191,8 +199,18 @@ def has_spectra(solution: Solution) -> bool:
 
 def _curves(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Figure":
     bands = {name: partial(_ends, solution) for name, solution in fits.items()} if view.banded else {}
-    how: dict[str, Any] = {"title": title, "normalised": view.normalised, "bands": bands, "scales": view.scales}
+    scales = (LINEAR,) if dataset.is_degree(scan) and tuple(view.scales) == SCALES else view.scales
+    how: dict[str, Any] = {"title": title, "normalised": view.normalised, "bands": bands, "scales": scales}
     return curves(scan, _predictors(fits), **how)
+
+
+def _dolp(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Figure":
+    """Degrees of linear polarisation: over the hemisphere where a scan has more than its plane, else as curves."""
+    for solution in fits.values():
+        refuse_scalar(solution.model)
+    degrees = dolp(scan)
+    is_flat = bool(dataset.is_in_plane(dataset.points(degrees)).all())
+    return (_curves if is_flat else draw_hemisphere)(title, degrees, fits, view)
 
 
 KINDS: Mapping[str, Callable[[str, xr.Dataset, Fits, View], "Figure"]] = {
@@ -205,4 +223,5 @@ KINDS: Mapping[str, Callable[[str, xr.Dataset, Fits, View], "Figure"]] = {
     "lobe": draw_lobe,
     "convergence": _convergence,
     "spectra": _spectra,
+    "dolp": _dolp,
 }

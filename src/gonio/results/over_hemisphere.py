@@ -9,6 +9,8 @@ import xarray as xr
 
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.instrument import IDEAL, Acceptance
+from gonio.measured.polarisers import analysed
 from gonio.plotting.hemisphere import hemisphere, room_for_views
 from gonio.plotting.lobes.lobe import Lobe, lobes
 from gonio.plotting.panels import FAR_SIDE, evenly, first_set, origin_word
@@ -36,7 +38,8 @@ def draw_hemisphere(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Fi
     panels, note = _panels(scan, fits, view, "the scan itself is of the plane of incidence alone")
     shown = {name: (panel.theta_i, panel.brdf) for name, panel in panels.items()}
     quantity = quantity_of(first_set(dataset.points(scan))[0])
-    return hemisphere(shown, unit=dataset.unit(scan), title=title, logarithmic=True, note=note, quantity=quantity)
+    how: dict[str, Any] = {"logarithmic": not dataset.is_degree(scan), "note": note, "quantity": quantity}
+    return hemisphere(shown, unit=dataset.unit(scan), title=title, **how)
 
 
 def draw_lobe(title: str, scan: xr.Dataset, fits: Fits, view: View) -> "Figure":
@@ -73,7 +76,9 @@ def _panels(scan: xr.Dataset, fits: Fits, view: View, in_plane: str) -> tuple[Ma
             name, best = next(iter(fits.items()))
             values = {k: float(np.ravel(v)[0]) for k, v in best.at(here.isel(direction=[0])).items()}
             points = None if outside.size else here
-            panels[f"{name}, θᵢ = {angle:.4g}°"] = _Panel(angle, partial(_at, best.model, values), points)
+            seen = partial(_degree, best.model, values, here.isel(direction=[0]))
+            modelled = seen if dataset.is_degree(here) else partial(_at, best.model, values)
+            panels[f"{name}, θᵢ = {angle:.4g}°"] = _Panel(angle, modelled, points)
     notes = [note] if note else []
     notes += [f"{len(chosen)} of {len(angles)} incidence angles"] * (len(angles) > most)
     notes += [FAR_SIDE] * (quantity_of(flat) == "BTDF")
@@ -95,3 +100,10 @@ def _as_measured(here: xr.Dataset, theta_i: float, geometry: Geometry) -> Any:
 
 def _at(model: Any, values: Mapping[str, float], geometry: Geometry) -> Any:
     return model(geometry, values)
+
+
+def _degree(model: Any, values: Mapping[str, float], like: xr.Dataset, geometry: Geometry) -> Any:
+    """The degree of polarisation that a model has at directions, of the kind that a scan of one direction is."""
+    flat = Geometry(*(np.ravel(np.broadcast_to(part, geometry.z_r.shape)) for part in geometry))
+    wanted = like.isel(direction=np.zeros(flat.z_r.size, dtype=np.intp))
+    return np.reshape(Acceptance(IDEAL, flat, analysed(wanted)).brdf(model, values), geometry.z_r.shape)

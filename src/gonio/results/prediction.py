@@ -15,6 +15,7 @@ from gonio.fitting.schema import SCAN
 from gonio.fitting.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
+from gonio.measured.polarisers import DOLP, POLARISATION
 
 Values = npt.NDArray[np.float64]
 ROUNDED = 9  # digits of angles that come from unit vectors, so that a group of 30 deg is found
@@ -25,14 +26,23 @@ def predicted(solution: Solution, where: xr.Dataset | Geometry, coordinates: Map
     places = directions_of(where) if isinstance(where, Geometry) else where
     if lacking := [name for name in ("theta_i", "theta_r") if name not in places.variables]:
         raise ValueError(f"the directions have no {lacking[0]}: give a scan, or a gonio.Geometry")
-    places = _with_coordinates(places, coordinates)
+    places = _with_coordinates(places, _of_degrees(solution, places) | dict(coordinates))
     dims, flat, kept = _flat(places)
     values = np.full(len(kept), np.nan)
     values[kept] = solution.brdf(flat.isel(direction=np.flatnonzero(kept)))
     coords = {n: v.variable for n, v in places.coords.items() if set(v.dims) <= set(dims)}
     sizes = [places.sizes[d] for d in dims]
-    attrs = {"units": solution.unit, "long_name": f"BRDF of {solution.model.name}"}
+    quantity = "degree of polarisation" if solution.unit == dataset.DEGREE else "BRDF"
+    attrs = {"units": solution.unit, "long_name": f"{quantity} of {solution.model.name}"}
     return xr.DataArray(values.reshape(sizes), dims=dims, coords=coords, attrs=attrs, name="brdf")
+
+
+def _of_degrees(solution: Solution, places: xr.Dataset) -> dict[str, str]:
+    """Which degree of polarisation a fit of them predicts where nothing says it: that of its scan."""
+    if solution.unit != dataset.DEGREE or POLARISATION in places.variables:
+        return {}
+    known = np.unique(solution.scan[POLARISATION].values).tolist() if solution.has_scan else [f">{DOLP}"]
+    return {POLARISATION: str(known[0])}
 
 
 def directions_of(geometry: Geometry) -> xr.Dataset:

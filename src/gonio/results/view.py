@@ -19,6 +19,7 @@ Direction = tuple[float, float, float]
 MOST_PANELS = 4
 SAME_ANGLE = 0.005  # deg: an angle is named as it is written, with two decimals
 OF_SCALES = ("curves", "components", "spectrum", "polar", "lobe")
+OF_DEGREES = ("curves", "residuals", "spectrum", "hemisphere", "dolp", "convergence", "spectra")  # of polarisation
 OF_VIEWS = ("hemisphere", "lobe")  # a panel for each incidence angle that shows all directions
 # The figures of chosen incidence angles, and the most of them. In spectrum and polar they share a panel.
 OF_ANGLES = {
@@ -26,6 +27,7 @@ OF_ANGLES = {
     "residuals": 6,
     "components": 4,
     "hemisphere": MOST_PANELS,
+    "dolp": MOST_PANELS,
     "lobe": MOST_PANELS,
     "polar": 6,
     "spectrum": 6,

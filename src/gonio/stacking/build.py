@@ -10,6 +10,7 @@ import xarray as xr
 from gonio.door.zarr_chunks import METADATA
 from gonio.files import FormatError, refuse_overlap, replacing
 from gonio.formats import read as read_any
+from gonio.measured.causes import SYSTEMATIC, causes
 from gonio.measured.stack import foreign_dims
 from gonio.measured.stack_store import is_store, open_stack
 from gonio.outside import printable, shortened
@@ -56,8 +57,8 @@ def stack(
 ) -> Stacked:
     """Write the scans of many files into one Zarr store: `brdf` over `sample` and the dimensions of the first scan.
 
-    Masked values become gaps. Uncertainties are kept where every scan states them. One chunk of scans is in memory at
-    a time.
+    Masked values become gaps. Uncertainties are kept where every scan states them, and systematic ones by cause where
+    all state the same causes. One chunk of scans is in memory at a time.
 
     Parameters
     ----------
@@ -151,6 +152,7 @@ class _Work:
     unused: set[str] = field(default_factory=set)
     masked: int = 0
     silent_on_uncertainty: list[Path] = field(default_factory=list)
+    causes: dict[Path, frozenset[str]] = field(default_factory=dict)  # of systematic uncertainty, as each file states
     attrs: dict[str, Any] = field(default_factory=dict)
     refused: list[ValueError] = field(default_factory=list)
 
@@ -171,13 +173,17 @@ class _Work:
         self.masked += int((scan["mask"].values != 0).sum()) if "mask" in scan else 0
         own = {k: v for k, v in scan.attrs.items() if k in ("Conventions", "provenance", "simulated") and v}
         self.attrs = own if not self.paths else {k: v for k, v in self.attrs.items() if own.get(k) == v}
+        apart = SYSTEMATIC in scan
         if self.onto is not None:
             scan = self._at_directions(scan, path)
+        if apart and SYSTEMATIC not in scan:  # interpolation is of their total
+            self.unused.add(f"{SYSTEMATIC} by cause, of which the total is kept")
         if self.writer is None:
             self.writer = Writer(self.target, Layout(scan, path), self.most)
         taken = self.writer.layout.taken(scan, path)
         if taken.uncertainty is None:
             self.silent_on_uncertainty.append(path)
+        self.causes[path] = frozenset(causes(scan))
         self.writer.add(taken)
         self.paths.append(path)
 
@@ -215,6 +221,13 @@ class _Work:
         if 0 < len(silent_ones) < count:
             lacking = shortened("", [path.name for path in silent_ones], "", most=80)
             notes.append(f"uncertainties left out: {len(silent_ones)} of {count} scans state none ({lacking})")
+        if len(set(self.causes.values())) > 1:
+            first = next(iter(self.causes.values()))
+            others = [path.name for path, own in self.causes.items() if own != first]
+            lacking = shortened("", others, "", most=80)
+            notes.append(
+                f"systematic uncertainties left out: {len(others)} of {count} scans state other causes ({lacking})"
+            )
         if self.unused:
             notes.append(f"variables left out: {', '.join(sorted(self.unused))}")
         if self.skipped:

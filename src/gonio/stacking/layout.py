@@ -4,7 +4,8 @@ The first scan says what they are. Another may have its directions in another or
 write an azimuth as 0 or as 360 deg: its values are put in the places of the first.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.measured.causes import SYSTEMATIC, TOTAL, causes
 from gonio.measured.dataset import AXES, DIRECTIONS, MODES, SETS, flatten, unit
 from gonio.measured.stack import NODE
 from gonio.outside import printable
@@ -20,7 +22,12 @@ from gonio.resampling.resample import without_masked
 from gonio.stacking.refusal import MisfitError
 
 Values = npt.NDArray[np.float64]
-LANED = ("brdf", "uncertainty")  # what each scan has of its own in a stack; masked values are gaps there
+LANED = (
+    "brdf",
+    "uncertainty",
+    SYSTEMATIC,
+    TOTAL,
+)  # what each scan has of its own in a stack; masked values are gaps there
 WAVELENGTH_STEP = 1e-3  # nm; a format in single precision keeps a wavelength to a tenth of this
 OTHER_DIRECTIONS = (
     "gonio stack --resample takes all scans at the directions of the first, --onto FILE at those of a file, between "
@@ -36,6 +43,7 @@ class Taken:
 
     brdf: Values
     uncertainty: Values | None
+    shifts: Mapping[str, Values] = field(default_factory=dict)  # by each cause of systematic uncertainty that it states
 
 
 class Layout:
@@ -69,11 +77,15 @@ class Layout:
         flat = flatten(without_masked(scan))
         rows = self._rows(_columns(flat), path)
         stated = "uncertainty" in flat and bool(np.isfinite(flat["uncertainty"].values).any())
-        return Taken(self._placed(flat["brdf"], rows), self._placed(flat["uncertainty"], rows) if stated else None)
+        return Taken(
+            self._placed(flat["brdf"].values, rows),
+            self._placed(flat["uncertainty"].values, rows) if stated else None,
+            {name: self._placed(values, rows) for name, values in causes(flat).items()},
+        )
 
-    def _placed(self, column: xr.DataArray, rows: npt.NDArray[np.intp]) -> Values:
+    def _placed(self, column: Values, rows: npt.NDArray[np.intp]) -> Values:
         out = np.full(self.points, np.nan)
-        out[self._nodes] = column.values.astype(float)[rows]
+        out[self._nodes] = column.astype(float)[rows]
         return out.reshape(self.shape)
 
     def _rows(self, columns: dict[str, Any], path: Path) -> npt.NDArray[np.intp]:

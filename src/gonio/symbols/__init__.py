@@ -2,3 +2,5 @@
 
 No array library and no parser is needed: a model that runs on any array runs on a `Symbol`.
 """
+
+from gonio.symbols import namespace as namespace

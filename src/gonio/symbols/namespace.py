@@ -4,6 +4,7 @@ Special functions have SciPy's names, and `gonio.arrays.special` finds them here
 """
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -73,3 +74,4 @@ _ELEMENTARY = (
 )  # fmt: skip
 SPECIAL = ("erf", "erfc", "erfinv", "gammaln")
 globals().update({name: _function(name) for name in (*_ELEMENTARY, *SPECIAL)})
+Symbol.functions = sys.modules[__name__]

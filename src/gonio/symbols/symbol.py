@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Iterable
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 from gonio.symbols.graph import Axis, Node, constant, operation, picked, power, rename, stacked, summed, table, variable
 
@@ -28,6 +28,7 @@ class Symbol:
     __slots__ = ("dims", "node")
     __array_ufunc__ = None  # an array of NumPy leaves operations with a Symbol to the Symbol
     device = "symbols"
+    functions: ClassVar[ModuleType]  # gonio.symbols.namespace, which says so when it is imported
 
     def __init__(self, node: Node, dims: Dims = ()) -> None:
         self.node, self.dims = node, dims
@@ -54,9 +55,7 @@ class Symbol:
 
     def __array_namespace__(self, api_version: str | None = None) -> ModuleType:
         """The functions that take Symbols."""
-        from gonio.symbols import namespace
-
-        return namespace
+        return self.functions
 
     def __bool__(self) -> bool:
         """A Symbol has no value yet: a model that asks for one cannot be traced."""

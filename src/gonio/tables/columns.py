@@ -13,6 +13,7 @@ from gonio.tables.source import number
 
 NUMBERED = 180.0  # no angle is larger: headings that are numbers above this may be wavelengths in nm
 LONGEST_KEY = 40  # characters of a heading by which a command names a column
+DOLP = "dolp"  # the quantity of degrees of polarisation
 FURTHER = "further"  # the target of a column that is kept and takes no part
 
 
@@ -57,7 +58,7 @@ class _Columns:
         said = self._said(sniffed)
         found = [said.get(c.place, c) for c in sniffed]
         found = self._without_rivals(self._values_by_pattern(found))
-        found = self._channels(found)
+        found = _without_degrees(self._channels(found))
         self._refuse_unclear(found)
         self._refuse_twice(found)
         found = self._with_weak(found)
@@ -257,3 +258,16 @@ def _as_said(column: Column, said: Target) -> Column:
 def values_of(found: list[Column]) -> Iterator[Column]:
     """The columns of values."""
     return (c for c in found if c.target in v.VALUES)
+
+
+def _without_degrees(found: list[Column]) -> list[Column]:
+    """Beside other values those of degrees of polarisation, and their uncertainties, are further columns."""
+    values = [c for c in found if c.target in v.VALUES]
+    if all(c.heading.quantity == DOLP for c in values):
+        return found
+
+    def is_of_degrees(c: Column) -> bool:
+        of_it = c.heading.quantity == DOLP or (c.target in v.UNCERTAINTIES and DOLP in v.squeezed(c.heading.text))
+        return of_it and not c.by_user
+
+    return [replace(c, target="") if is_of_degrees(c) else c for c in found]

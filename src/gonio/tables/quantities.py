@@ -5,6 +5,7 @@
     radiant-intensity   f cos(theta_r), per incident power   f = value / cos(theta_r)
     log10-brdf          log10 f                              f = 10^value,   u(f) = f ln 10 u(value)
     signal              proportional to f cos(theta_r)       f = value / cos(theta_r), in a.u.
+    dolp                degree of linear polarisation        stays as it is, with the unit 1
 
 An uncertainty has the factor of its value. In percent it is relative to the value; a stated factor k is divided out.
 """
@@ -15,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gonio.measured.dataset import ABSOLUTE, RELATIVE
+from gonio.measured.dataset import ABSOLUTE, DEGREE, RELATIVE
 from gonio.tables import vocabulary as v
 from gonio.tables.gather import Gathered, Source
 from gonio.tables.headings import UNCLEAR, is_of_units, quantities, units
@@ -96,6 +97,10 @@ def _with_unit(name: str, percent: bool, how: str, source: Source, asker: Asker,
     kind = source.kind
     if kind in (v.ANGLE, v.LENGTH):
         raise asker.wrong(f"{source.text} is in {source.unit}, which is no unit of a {name}", line)
+    if name == "dolp":
+        if kind not in ("", v.ONE, v.PERCENT):
+            raise asker.wrong(f"{source.text} is in {source.unit}, and a degree of polarisation has no unit", line)
+        return Meaning(name, percent, DEGREE, how)
     if name == "signal" and kind == v.ABSOLUTE:
         raise asker.ask(f"{source.text} is a signal in 1/sr; if it is BRDF times cos(theta_r)", line, quantity="ccbsdf")
     if name == "brdf" and kind == v.SIGNAL:
@@ -156,8 +161,8 @@ def _uncertainty(
         raise asker.ask(f"{what}; if it is relative", int(found.lines[0]), columns={source.key: said})
     if source.is_relative or (in_percent and source.of != POINTS):
         return values * (0.01 if in_percent else 1.0) * np.abs(brdf)
-    wrong = v.ABSOLUTE if of.unit == RELATIVE else v.RELATIVE
-    if source.kind in (v.ANGLE, v.LENGTH, wrong):
+    wrong = {RELATIVE: (v.ABSOLUTE,), ABSOLUTE: (v.RELATIVE,)}.get(of.unit, (v.ABSOLUTE, v.RELATIVE))
+    if source.kind in (v.ANGLE, v.LENGTH, *wrong):
         what = f"{source.text} is in {source.unit}, which is no unit of the uncertainty of values in {of.unit}"
         raise asker.wrong(what, int(found.lines[0]))
     if source.kind == v.ABSOLUTE and of.quantity in ("reflectance-factor", "log10-brdf") and of.unit == ABSOLUTE:

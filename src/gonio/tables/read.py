@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from gonio.files import FormatError
-from gonio.measured.dataset import make_scan
+from gonio.measured.dataset import is_degree, make_scan
+from gonio.measured.polarimetry.degree import labelled
 from gonio.tables import vocabulary as v
 from gonio.tables.angles import Directions, directions
 from gonio.tables.gather import Gathered, gathered
@@ -162,8 +163,7 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
     variables: dict[str, Any] = {name: (values, "1") for name, values in found.further.items()}
     if of.quantity == "signal":
         variables["signal"] = (found.data["brdf"], "1")  # as read, for `gonio reduce`
-    if "mask" in found.data:
-        variables["mask"] = (_mask(found, asker), "1")
+    variables |= {"mask": (_mask(found, asker), "1")} if "mask" in found.data else {}
     if "uncertainty_systematic" in ready.uncertainties:
         variables["uncertainty_systematic"] = (ready.uncertainties["uncertainty_systematic"], of.unit)
     scan = make_scan(
@@ -179,6 +179,7 @@ def assembled(some: list[Part], how: str, asker: Asker, of_sheets: int = 1) -> T
         provenance="\n".join(dict.fromkeys(t.lstrip("#%!/ ") for t in titles)),
         history="\n".join([f"read from {asker.path.name} as a {table.lines[0]}", *table.lines[1:]]),
     )
+    scan = asker.checked(lambda: labelled(scan)) if is_degree(scan) else scan
     return Table(scan, how, layout, mapping, notes, source_side(scan, asker), table.is_stated)
 
 
@@ -239,7 +240,8 @@ def _is_stated(some: list[Part], found: Gathered, of: Meaning, layout: str) -> b
         return False
     sources = found.sources
     with_unit = [t for t in (*v.ANGLES, "wavelength", "brdf", *v.UNCERTAINTIES) if t in sources]
-    if not all(sources[t].unit or (t == "brdf" and of.quantity == "log10-brdf") for t in with_unit):
+    without = ["brdf"] * (of.quantity in ("log10-brdf", "dolp")) + [*v.UNCERTAINTIES] * (of.quantity == "dolp")
+    if not all(sources[t].unit or t in without for t in with_unit):
         return False
     plain = of.quantity == "reflectance-factor" or sources["brdf"].kind in (v.ABSOLUTE, v.RELATIVE)
-    return bool(sources["brdf"].quantity) and (plain or of.quantity == "log10-brdf")
+    return bool(sources["brdf"].quantity) and (plain or of.quantity in ("log10-brdf", "dolp"))

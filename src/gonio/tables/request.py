@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -83,6 +83,13 @@ class Asker:
     def ask(self, what: str, line: int = 1, **changes: Any) -> FormatError:
         """An error that ends in the command line with these changes, each the answer to what is asked."""
         return FormatError(self.path, f"{what}: {self.request.command(self.path, **changes)}", self._place(line))
+
+    def checked(self, made: Callable[[], Any]) -> Any:
+        """What a function gives; its ValueError as an error of the table."""
+        try:
+            return made()
+        except ValueError as error:
+            raise self.wrong(str(error)) from None
 
     def _place(self, line: int) -> str:
         return f"line {line}" + (f" of sheet {clip(self.sheet)!r}" if self.sheet else "")

@@ -182,6 +182,11 @@ QUANTITIES = {
         "common logarithm of the BRDF",
         " ".join(f"{log}{q}" for q in _BRDF for log in ("log10", "lg", "log10of", "lgof", "decadiclog")),
     ),
+    "dolp": Quantity(
+        "degree of linear polarisation",
+        "dolp dlp dop degreeoflinearpolarisation degreeoflinearpolarization degreeofpolarisation degreeofpolarization "
+        "linearpolarisation linearpolarization polarisationsgrad",
+    ),
     "signal": Quantity(
         "detector signal, proportional to BRDF times cos(theta_r)",
         "signal detectorsignal voltage photocurrent counts detectorcounts detectorvoltage detectorreading",

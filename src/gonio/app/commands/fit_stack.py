@@ -12,7 +12,7 @@ from gonio import catalogue
 from gonio.app import talk
 from gonio.app.help_page import Example
 from gonio.app.options import ModelName, OutputOptions
-from gonio.app.output import progress_bar, warn
+from gonio.app.output import progress_bar
 from gonio.app.views.stacks import fitted as view_of_fits
 from gonio.app.views.stacks import made as view_of_stack
 from gonio.files import refuse_existing
@@ -23,8 +23,6 @@ from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.stack.lock import refuse_held
 from gonio.fitting.stack.manifest import Manifest
 from gonio.fitting.stack.run import LANES_OF_BLOCK, StackFit, prepare
-from gonio.measured.causes import SYSTEMATIC, TOTAL
-from gonio.measured.stack import NOT_COUNTED
 from gonio.options import Option, Panel, one_of
 from gonio.processes.ending import last_words
 from gonio.stacking import stack as make_stack
@@ -134,8 +132,6 @@ def command(
     settings: dict[str, Any] = {"covariance": fits.covariance, "precision": cluster.precision, "device": cluster.device}
     settings["solver"] = search.chosen(FOR_MANY)
     scans = _one_stack(stack, out, output.force)
-    if lost := [name for name in (SYSTEMATIC, TOTAL) if (scans / name).is_dir()]:
-        warn(scans, f"{lost[0]} {NOT_COUNTED}")
     asked = StackFit(catalogue[model], scans, out, fits.each, problem, settings, cluster.block)
     run = prepare(asked, output.force)
     seconds = _fitted(run, cluster, output.force) if run.todo else 0.0

@@ -12,6 +12,7 @@ EXAMPLES = (
     Example("gonio info scan.csv", "What a scan holds, and whether something is wrong with it"),
     Example("gonio info coating.bsdf --json -", "The same of any format, for a program"),
     Example("gonio info results/solution.nc", "What a fit found"),
+    Example("gonio info run.jsonl", "How far a measurement is, and the command that goes on with it"),
 )
 
 
@@ -26,6 +27,6 @@ class InfoOptions:
 def command(scan: Scan, used: ScanOptions, info: InfoOptions, output: OutputOptions) -> None:
     """Say what a file holds and what is wrong with it.
 
-    The file may be a scan, a stack of scans, a fit, or the fits of a stack.
+    The file may be a scan, a stack of scans, a fit, the fits of a stack, the journal of a measurement, or raw readings.
     """
     output.show(*contents.described(scan, used, info.gamma))

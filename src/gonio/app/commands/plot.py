@@ -10,10 +10,11 @@ from gonio.app import arguments
 from gonio.app.help_page import Example
 from gonio.app.options import FigureOptions, ModelNames, Scale, ScanOptions, Scans, chosen_models
 from gonio.app.output import progress_bar
+from gonio.comparison.answer import polarised
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.fitting.solution import Solution
-from gonio.measured.dataset import select
+from gonio.measured.dataset import is_degree, select
 from gonio.options import Option, Panel, one_of
 from gonio.results.content import scan_name
 from gonio.results.prediction import row_of
@@ -41,6 +42,7 @@ EXAMPLES = (
         "gonio plot scan.csv --models ggx --figure polar --theta-i 10,30", "Draw two lobes in the plane of incidence"
     ),
     Example("gonio plot scan.csv --models ggx --figure lobe --theta-i 30", "Draw the fitted lobe in space"),
+    Example("gonio plot polarised.csv --figure dolp", "Draw the degree of polarisation of readings in s and p"),
     Example('gonio plot a.csv b.csv --models "" --together', "Draw all wavelengths of two samples in one figure"),
     Example(
         "gonio plot a.csv b.csv --models lambert,ggx --figure errors", "Draw the errors of models over several scans"
@@ -61,6 +63,7 @@ class Figure(StrEnum):
     LOBE = "lobe"
     CONVERGENCE = "convergence"
     SPECTRA = "spectra"
+    DOLP = "dolp"
     ERRORS = "errors"
 
 
@@ -118,6 +121,7 @@ def command(
     names = arguments.listed(drawing.models)
     stored = {one: fit for one in names if (fit := contents.fit_named(one)) is not None}
     models = chosen_models(",".join(one for one in names if one not in stored))
+    usual = drawing.models == FOUR
     ranked = {}
     with progress_bar("fitting") as progress:
         for path in scans:
@@ -128,7 +132,8 @@ def command(
                 data, fits, fitted, title = scan.read(path), [], True, path.stem
             rows = [row_of(one, data) for one in (*fits, *stored.values())]
             if fitted and models:
-                rows += compare(data, models, solver=search.chosen(), progress=progress, **problem.given())
+                fitting = polarised() if usual and (is_degree(data) or drawing.figure is Figure.DOLP) else models
+                rows += compare(data, fitting, solver=search.chosen(), progress=progress, **problem.given())
             ranked[str(path) if title in ranked else title] = (data, rows)
     output.save(lambda: figures.draw(kind, ranked, view), name)
 

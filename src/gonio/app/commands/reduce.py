@@ -14,13 +14,14 @@ from gonio.app.options import OutputOptions, Scans, To
 from gonio.app.output import show
 from gonio.app.views.measuring import reduced as views
 from gonio.measured.dataset import flatten, signed_theta_r
+from gonio.measured.polarisers import unpolarised
 from gonio.options import Option, Panel
 from gonio.plotting.page import target_of
 from gonio.raw import read_readings, reader_of
 from gonio.reduction.budget import budget
 from gonio.reduction.causes import CAUSES
 from gonio.reduction.reduce import reduce, together
-from gonio.reduction.repeats import averaged, unpolarised
+from gonio.reduction.repeats import averaged
 from gonio.reduction.settings import Reduction
 from gonio.reduction.sheets import Shadow, turned
 from gonio.reduction.sheets import reduce as of_sheets
@@ -177,16 +178,18 @@ class BudgetOptions(OutputOptions):
 
     PANEL: ClassVar = Panel.OUTPUT
     figure: Annotated[str, Option("draw the budget of the uncertainty", metavar="FILE")] = ""
-    report: Annotated[str, Option("write budget, figure, flags and steps as a page of HTML", metavar="FILE.html")] = ""
+    report: Annotated[
+        str, Option("write budget, figure, flags and steps as a page: .html, or .pdf", metavar="FILE")
+    ] = ""
 
     def refuse_unknown(self) -> None:
         """ValueError for a suffix that nothing is written as, before anything is."""
         if self.figure:
             target_of(self.figure, (".png",))
-        if self.report and Path(self.report).suffix.lower() != ".html":
-            raise ValueError(
-                f"{self.report}: a report of a reduction is written as .html; --figure writes .pdf, .png, .svg"
-            )
+        if self.report:
+            from gonio.reporting.reduction import refuse_other_suffix
+
+            refuse_other_suffix(Path(self.report))
 
     def write(self, scan: "xr.Dataset") -> None:
         """The figure and the page that are asked for."""
@@ -259,7 +262,7 @@ def _of_readings(paths: list[Path], options: ReadingOptions) -> "tuple[xr.Datase
         done.append(_at(path, lambda raw=raw: reduce(raw, how, by)))
     scan = together(done, names=[path.stem for path in paths])
     scan = averaged(scan) if options.average else scan
-    return unpolarised(scan) if options.unpolarised else scan, how
+    return unpolarised(scan, strict=True) if options.unpolarised else scan, how
 
 
 def _at(path: Path, made: Any) -> Any:

@@ -21,6 +21,7 @@ from gonio.reporting.about import read_about
 from gonio.reporting.case import Case, Known
 from gonio.reporting.entry import SOLUTION_FILE, dated, sources, with_points
 from gonio.reporting.page import refuse_other_suffix, write
+from gonio.reporting.pdf import SUFFIX
 
 if TYPE_CHECKING:
     from gonio.fitting.solution import Solution
@@ -32,6 +33,7 @@ EXAMPLES = (
         "gonio report results --scan scan.csv --about about.yml --out page.html",
         "The same with the header of the scan, and what the laboratory says",
     ),
+    Example("gonio report results --pdf page.pdf", "The page printed to PDF, which needs an installed Chromium"),
     Example(
         "gonio report scan.csv --model ggx --date 2026-01-31 --out page.html",
         "Fit one model; with a date the page is the same each time",
@@ -65,6 +67,7 @@ class ReportOptions:
             names=tuple(COVARIANCES),
         ),
     ] = DEFAULT
+    pdf: Annotated[str, Option("also print the page to PDF, by an installed Chromium", metavar="FILE.pdf")] = ""
     date: Annotated[str, Option("date of the report; without it today", metavar="YYYY-MM-DD")] = ""
     force: Force = False
 
@@ -76,23 +79,26 @@ def command(
             metavar="FILE", help=f"scans, or a fit: solution.nc or its folder ({NO_PIPES})", show_default=False
         ),
     ],
-    out: Annotated[
-        Path,
-        Option("the file to write: a page as .html, a short text as .md or .txt", metavar="FILE", panel=Panel.OUTPUT),
-    ],
     problem: ProblemOptions,
     search: SearchOptions,
     used: ScanOptions,
     answered: AnswerOptions,
     page: ReportOptions,
+    out: Annotated[
+        Path | None,
+        Option(
+            "the file to write: a page as .html or .pdf, a short text as .md or .txt",
+            metavar="FILE",
+            panel=Panel.OUTPUT,
+        ),
+    ] = None,
     model: Models = "",
 ) -> None:
     """Write a report: one page with figures, tables, uncertainties and checks.
 
     Of a scan the best model is fitted first, as gonio fit does. The page needs no script and no other file.
     """
-    refuse_other_suffix(out)
-    refuse_existing(out, page.force)
+    first, *more = _outputs(out, page)
     known = Known(
         about=read_about(Path(page.about)) if page.about else {}, date=dated(page.date), command=command_line()
     )
@@ -105,8 +111,22 @@ def command(
             used.refuse_for(targets[0], "a fit")
         data = used.read_joint(files, joint=True) if files else None
         case = Case(with_points(stored, data), data, Known(files=sources(files)))
-    write(replace(case, known=replace(known, files=case.known.files, seed=case.known.seed)), out, page.force)
-    show(f"wrote {out}")
+    write(replace(case, known=replace(known, files=case.known.files, seed=case.known.seed)), first, page.force, *more)
+    for path in (first, *more):
+        show(f"wrote {path}")
+
+
+def _outputs(out: Path | None, page: ReportOptions) -> list[Path]:
+    """The files to write; ValueError where there is none, FileExistsError for one that is there, without --force."""
+    if page.pdf and Path(page.pdf).suffix.lower() != SUFFIX:
+        raise ValueError(f"{page.pdf}: --pdf writes PDF: name a file that ends in {SUFFIX}")
+    paths = ([out] if out else []) + ([Path(page.pdf)] if page.pdf else [])
+    if not paths:
+        raise ValueError("a report is a file: give --out page.html, or --pdf page.pdf")
+    for path in paths:
+        refuse_other_suffix(path)
+        refuse_existing(path, page.force)
+    return paths
 
 
 def _stored(targets: list[Path]) -> "Solution | None":

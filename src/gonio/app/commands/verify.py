@@ -15,7 +15,11 @@ from gonio.app.options import OutputOptions, refuse_unused
 from gonio.app.output import show
 from gonio.app.views.measuring import verified as view
 from gonio.options import Option, Panel
+from gonio.outside import nearest
 from gonio.plotting.page import Page, drawn_on, target_of
+from gonio.raw import read_readings, reader_of_raw
+from gonio.verification.checks import CHECKS, READINGS, SCAN
+from gonio.verification.checks.outcome import COVERAGE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +38,12 @@ EXAMPLES = (
         "A standard against its certificate, drawn",
     ),
     Example("gonio verify scan.csv --reflectance 0.3 --json -", "Against a constant, over growing ranges of theta_r"),
+    Example("gonio verify scan.csv --check reciprocity,energy", "Of any scan, without a standard"),
+    Example("gonio verify run.jsonl --check all", "Every check that these readings allow"),
 )
+
+
+ALL = "all"  # of CHECKS that the file allows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +64,18 @@ class Known:
     ] = None
     uncertainty: Annotated[
         float | None, Option("expanded uncertainty (k = 2) of the set-up, in percent", metavar="PERCENT", above=0)
+    ] = None
+
+    check: Annotated[
+        tuple[str, ...],
+        Option(
+            f"other checks, of one scan or of raw readings: {', '.join(CHECKS)}, or {ALL} that the file allows",
+            metavar="NAME,..",
+            names=(*CHECKS, ALL),
+        ),
+    ] = ()
+    zero: Annotated[
+        float | None, Option("standard uncertainty of the zero of the angles, for that check", metavar="DEG", above=0)
     ] = None
 
     @property
@@ -88,13 +109,22 @@ def command(
 
     delta is that of the paper (eq 9), and belongs to the range that is named with it: no standard is Lambertian far
     from the normal. The set-up passes where delta is below half the expanded uncertainty.
+
+    With --check the readings or the scan speak for themselves. Each number is given with its uncertainty, and passes
+    within the expanded one (k = 2), or within --uncertainty where that is more.
     """
     refuse_unused(page, out)
     target, suffixes = target_of(out, page.suffixes)
-    if sum(map(bool, (known.material, known.certified, known.reflectance))) != 1:
+    if sum(map(bool, (known.material, known.certified, known.reflectance, known.check))) != 1:
         raise ValueError(
-            "say what is known: --material of a mirror, --certified curve of a standard, or its --reflectance"
+            "say what is known: --material of a mirror, --certified curve of a standard, or its --reflectance; or name "
+            "what is checked, --check all"
         )
+    if known.zero is not None and not known.check:
+        raise ValueError("--zero belongs to --check zero: leave it out")
+    if known.check:
+        _checks(files, known, output, out)
+        return
     draw = _mirror(files, known, output) if known.material else _standard(files, known, output)
     if out:
         from gonio.plotting.style import save
@@ -103,6 +133,38 @@ def command(
             for path in save(draw(), target, suffixes, output.force):
                 if output.json != "-":
                     show(f"wrote {path}")
+
+
+def _checks(files: list[Path], known: Known, output: OutputOptions, out: str) -> None:
+    """Every check that is asked for; of all those that the file does not allow are named with the reason."""
+    if len(files) != 1:
+        raise ValueError(f"{len(files)} files are given: check one at a time")
+    if known.wavelength or known.transmittance or out:
+        raise ValueError(
+            "--wavelength and --transmittance belong to a mirror, and --out to a mirror or a standard: leave them out"
+        )
+    asked = [name.strip() for one in known.check for name in one.split(",") if name.strip()]
+    if unknown := [name for name in asked if name not in (*CHECKS, ALL)]:
+        raise ValueError(f"no check {unknown[0]!r}: {nearest(unknown[0], (*CHECKS, ALL))}")
+    is_raw = reader_of_raw(files[0]) is not None
+    data, kind = (read_readings(files[0]), READINGS) if is_raw else (read(files[0]), SCAN)
+    is_all = ALL in asked
+    found, left_out = {}, {}
+    for name in [n for n in CHECKS if kind in CHECKS[n].takes] if is_all else dict.fromkeys(asked):
+        try:
+            if kind not in CHECKS[name].takes:
+                raise ValueError(f"{name} is a check of {' or '.join(CHECKS[name].takes)}, and this is {kind}")
+            found[name] = CHECKS[name].run(data)
+        except ValueError as error:
+            if not is_all:
+                raise ValueError(f"{files[0]}: {error}") from error
+            left_out[name] = str(error)
+    if not found:
+        raise ValueError(f"{files[0]}: allows no check: " + "; ".join(left_out.values()))
+    limits = {name: known.expanded if not one.unit else math.nan for name, one in found.items()}
+    if known.zero is not None:
+        limits["zero"] = COVERAGE * known.zero
+    output.show(view.checks_record(found, limits, left_out), view.checks_lines(found, limits, left_out))
 
 
 def _mirror(files: list[Path], known: Known, output: OutputOptions) -> "Draw":

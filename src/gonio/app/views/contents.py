@@ -1,4 +1,4 @@
-"""What a path holds, for the commands that take any file of gonio's: a fit, a stack of scans, or one scan."""
+"""What a path holds, for the commands that take any file: a fit, a stack of scans, raw readings, or one scan."""
 
 import math
 from collections.abc import Iterator
@@ -13,6 +13,7 @@ from gonio.app.options import ScanOptions
 from gonio.app.output import LEVEL, figure, strong, table
 from gonio.app.views import file
 from gonio.app.views.fit import provisos, values
+from gonio.app.views.measuring.held import described_raw
 from gonio.app.views.stacks import results
 from gonio.files import FormatError
 from gonio.fitting.covariance_kinds import COVARIANCES
@@ -79,6 +80,9 @@ def described(path: Path, used: ScanOptions, gamma: bool = False) -> tuple[dict[
     if (fits := results.fits_in(path)) is not None:
         used.refuse_for(path, "fits of a stack")
         return fits, results.lines(fits)
+    if (raw := described_raw(path)) is not None:
+        used.refuse_for(path, "raw readings")
+        return raw
     record = {"kind": "scan"} | file.describe(path, used.read(path, findings=False))
     return record, file.lines(record, gamma)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from gonio.app.output import strong
 from gonio.app.views import energy
-from gonio.resampling.conversion import FURTHER, GRAZING, Conversion, in_words
+from gonio.resampling.conversion import ENDS, Conversion, in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def _provisos(done: Conversion) -> Iterator[Any]:
     if done.modelled > MOSTLY:
         share = f"{100 * done.modelled:.3g} % of the values are the model's, not measured"
         yield strong("mostly a model", f": {share}: the file is no more certain than the model between your data")
-    if done.format.layout is not None and done.last_incidence < GRAZING - FURTHER[0]:
+    if done.format.layout is not None and done.last_incidence < ENDS:
         yield (
             f"the file ends at theta_i {done.last_incidence:.4g} deg: beyond, a program that reads it repeats the last "
             "angle or darkens the rim"

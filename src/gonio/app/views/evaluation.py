@@ -85,8 +85,8 @@ class EvaluatedFit:
 
     @property
     def unit(self) -> str:
-        """The unit of the data."""
-        return self.solution.unit
+        """The unit of the data; a fit of degrees of polarisation knows the BRDF but for a factor."""
+        return dataset.RELATIVE if self.solution.unit == dataset.DEGREE else self.solution.unit
 
     @property
     def title(self) -> str:

@@ -19,6 +19,7 @@ from gonio.formats import read, recognise
 from gonio.measured import dataset
 from gonio.measured.check import Finding, further
 from gonio.measured.half_width import half_widths
+from gonio.measured.polarimetry.degree import dolp, in_words
 from gonio.measured.sound import is_stated
 from gonio.measured.stack import foreign_dims
 from gonio.results.energy import findings as energy_findings
@@ -39,7 +40,7 @@ def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
     in_plane = bool(dataset.is_in_plane(flat).all())
     found = [] if foreign_dims(scan) else of_table(scan)
     wrong = [*check(scan, found), *energy_findings(scan, found)]
-    is_small = not foreign_dims(scan) and _is_small(flat)
+    is_small = not foreign_dims(scan) and _is_small(flat) and not dataset.is_degree(scan)
     return {
         "file": str(path),
         "format": kind.title,
@@ -57,6 +58,7 @@ def describe(path: Path, scan: xr.Dataset | None = None) -> dict[str, Any]:
         "wavelengths": _distinct(scan, "wavelength"),
         "channels": _distinct(scan, "channel"),
         "polarisation": _distinct(scan, "polarisation"),
+        "dolp": [] if foreign_dims(scan) else _degrees(scan),
         "symmetry": _symmetry(scan, in_plane),
         "uncertainty": bool(stated),
         "uncertainty_stated": stated,
@@ -89,6 +91,8 @@ def _quantity(scan: xr.Dataset) -> str:
     """What the values are: the reader's own word, else by the modes and the unit."""
     if "quantity" in scan.attrs:
         return str(scan.attrs["quantity"])
+    if dataset.is_degree(scan):
+        return "degree of linear polarisation"
     modes = _distinct(scan, "mode")
     name = "BSDF" if len(modes) > 1 else "BTDF" if modes == ["transmission"] else "BRDF"
     mueller = "Mueller " if "mueller" in scan else ""
@@ -122,6 +126,15 @@ def _is_small(flat: xr.Dataset) -> bool:
     return flat.sizes["direction"] <= MOST_POINTS and curves <= MOST_CURVES
 
 
+def _degrees(scan: xr.Dataset) -> list[float]:
+    """The least and the greatest degree of polarisation that a scan holds or gives; empty where it gives none."""
+    try:
+        values = dataset.points(dolp(scan))["brdf"].values
+    except ValueError:
+        return []
+    return [float(values.min()), float(values.max())] if values.size else []
+
+
 def _half_widths(flat: xr.Dataset) -> list[dict[str, Any]]:
     """The paper's gamma, read from every curve."""
     names = ("curve", "gamma", "uncertainty", "floor")
@@ -134,7 +147,8 @@ def _range(values: np.ndarray) -> list[float]:
 
 def lines(record: dict[str, Any], gamma: bool = False) -> Iterator[Any]:
     """The same for people; with `gamma` the paper's reading behind the normal too."""
-    yield strong(record["file"], f": {record['format']}, {record['quantity']} [{unit_label(record['unit'])}]")
+    unit = f" [{unit_label(record['unit'])}]" if unit_label(record["unit"]) else ""
+    yield strong(record["file"], f": {record['format']}, {record['quantity']}{unit}")
     yield _facts(record)
     for line in record["provenance"][:MOST_LINES]:
         more = f" .. and {len(line) - LONGEST} more characters; --json has them all" if len(line) > LONGEST else ""
@@ -205,12 +219,23 @@ def _facts(record: dict[str, Any]) -> Any:
     for name, unit in (("wavelengths", "nm"), ("channels", ""), ("polarisation", "")):
         if record[name]:
             facts.add_row(name, listed(record[name], unit))
+    if record["dolp"]:
+        facts.add_row("polarised", _polarised(record))
     if record["reflectance"]:
         facts.add_row("reflectance", energy.in_words(record["reflectance"]))
     facts.add_row("uncertainty", _share_stated(record))
     if record["further"]:
         facts.add_row("kept, not used", ", ".join(record["further"]))
     return facts
+
+
+def _polarised(record: dict[str, Any]) -> str:
+    """The degrees of linear polarisation, and which they are, or how to have them."""
+    low, high = record["dolp"]
+    words = f"degree of linear polarisation {low:.3g} to {high:.3g}"
+    if record["unit"] != dataset.DEGREE:
+        return f"{words}: --dolp takes it for the values, gonio plot --figure dolp draws it"
+    return f"{words}; {'; '.join(in_words(label) for label in record['polarisation'])}"
 
 
 def _share_stated(record: dict[str, Any]) -> str:

@@ -43,6 +43,7 @@ LEGEND = (
     "all are read; holds: a surfaces turned about the normal (anisotropic), t transmission, r relative data, "
     "g missing values, u uncertainties"
 )
+PROGRAMS = "models are written for further programs by gonio export --to NAME; a name that there is not gives the list"
 
 
 def rows() -> list[tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """C of 1999, in double precision."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
 from gonio.exporting.languages.language import Language
@@ -11,7 +11,8 @@ _WORDS = (
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
     "gamma lgamma tgamma y0 y1 yn j0 j1 jn I index signgam"
 )
-KEYWORDS = frozenset(_WORDS.split())  # and functions and macros of <math.h>
+# Functions and macros of <math.h> too, and what arguments of our functions are called.
+KEYWORDS = frozenset((*_WORDS.split(), "values", "pre", "inc", "w_i", "w_r"))
 
 
 class C(Language):
@@ -49,6 +50,12 @@ class C(Language):
         given = ", ".join(f"double {a}" for a in arguments)
         body = [f"{self.indent}{line}" for line in (*inside, f"return {result};")]
         return [f"static double {name}({given}) {{", *body, "}"]
+
+
+def commented(lines: Iterable[str]) -> list[str]:
+    """Lines of text as one comment, which no text can end, and in which no other begins."""
+    harmless = (line.replace("*/", "* /").replace("/*", "/ *") for line in lines)
+    return ["/*", *(f" * {line}".rstrip() for line in harmless), " */"]
 
 
 def rows(numbers: Sequence[float], language: Language, each: int = 4) -> list[str]:

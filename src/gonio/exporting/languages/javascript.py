@@ -12,7 +12,9 @@ _WORDS = (
     "false finally for function if implements import in instanceof interface let new null package private protected "
     "public return static super switch this throw true try typeof undefined var void while with yield"
 )
-KEYWORDS = frozenset(_WORDS.split())
+# And what the functions of a module, their arguments and its constants are called.
+_OURS = ("values", "pre", "inc", "wi", "wr", "reflected", "own", "ownPre", "parameters", "terms", "ready", "f")
+KEYWORDS = frozenset((*_WORDS.split(), *_OURS))
 _OF_MATH = (
     *("abs", "sqrt", "exp", "expm1", "log", "log1p", "floor", "pow", "sin", "cos", "tan", "asin", "acos", "atan"),
     *("atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),

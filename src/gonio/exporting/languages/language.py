@@ -5,7 +5,7 @@ of a program, its names and its parentheses are the same in all of them and stan
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import ClassVar
 
 from gonio.symbols.formula import Formula
@@ -121,12 +121,20 @@ class Writer:
 
     def shared(self) -> list[str]:
         """Constant arrays and functions that the language lacks, to stand before what uses them."""
-        lines = []
-        for numbers, name in self._tables.items():
-            lines += self.language.table(name, numbers)
-        for function in self._support.values():
-            lines += ["", *function]
-        return lines
+        return [*self.tables(), *self.support()]
+
+    def tables(self, wanted: Callable[[str], bool] = bool) -> list[str]:
+        """The constant arrays whose names are wanted."""
+        return [
+            line
+            for numbers, name in self._tables.items()
+            if wanted(name)
+            for line in self.language.table(name, numbers)
+        ]
+
+    def support(self) -> list[str]:
+        """The functions that the language lacks."""
+        return [line for function in self._support.values() for line in ("", *function)]
 
     def stage(self, stage: Stage) -> list[str]:
         """The statements of a function, without its results."""

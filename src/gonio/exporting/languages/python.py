@@ -8,7 +8,7 @@ from typing import ClassVar
 from gonio.exporting.languages.c import rows
 from gonio.exporting.languages.language import CALL, CHOICE, EITHER, Language, Printed, in_parentheses
 
-RESERVED = frozenset((*keyword.kwlist, "math", "np", "range", "abs", "float"))
+RESERVED = frozenset((*keyword.kwlist, "values", "pre", "inc", "w_i", "w_r", "math", "np", "range", "abs", "float"))
 
 
 class PythonText(Language):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gonio.exporting.heading import heading
-from gonio.exporting.languages.c import C_LANGUAGE, rows
+from gonio.exporting.languages.c import C_LANGUAGE, commented, rows
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.source import identifier, programmed, proved
 from gonio.exporting.subject import Subject
@@ -34,13 +34,8 @@ def source(subject: Subject, name: str, stem: str) -> list[str]:
     writer = Writer(C_LANGUAGE, name)
     functions = _functions(program, writer, name)
     guard = f"{identifier(stem).upper()}_GONIO"
-    comment = [
-        "/*",
-        *(f" * {line}".replace("*/", "* /").rstrip() for line in heading(subject, _what(subject, name))),
-        " */",
-    ]
     return [
-        *comment,
+        *commented(heading(subject, _what(subject, name))),
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
@@ -86,6 +81,7 @@ def _functions(program: Program, writer: Writer, name: str) -> list[str]:
     api = f"{name.upper()}_API "
     light, view = "const double w_i[3]", "const double w_r[3]"
     carried = f"{given}, const double pre[{n_pre}]"
+    reflected = f"{api}double {name}_reflected({carried}, const double inc[{n_inc}], {light}, {view})"
     return [
         "",
         "/* What depends on the values alone. */",
@@ -97,27 +93,26 @@ def _functions(program: Program, writer: Writer, name: str) -> list[str]:
         ),
         "",
         "/* The BRDF, 1/sr, for one of many directions of reflection. */",
-        *_function(
-            f"{api}double {name}_reflected({carried}, const double inc[{n_inc}], {light}, {view})",
-            writer,
-            last,
-            parameters,
-            "",
-        ),
+        *_function(reflected, writer, last, parameters, ""),
         "",
         "/* The BRDF, 1/sr, for other values of the parameters, in the order of the array above. */",
         f"{api}double {name}_with({given}, {light}, {view}) {{",
-        f"    double pre[{n_pre}], inc[{n_inc}];",
+        f"    double pre[{n_pre}];",
         f"    {name}_prepare(values, pre);",
-        f"    {name}_incidence(values, pre, w_i, inc);",
-        f"    return {name}_reflected(values, pre, inc, w_i, w_r);",
-        "}",
+        *_put_together(name, n_inc, "values, pre"),
         "",
         "/* The BRDF, 1/sr, of unit vectors to the light and to the viewer; z is the surface normal. */",
         f"{api}double {name}({light}, {view}) {{",
+        *_put_together(name, n_inc, f"{name}_values, {name}_prepared"),
+    ]
+
+
+def _put_together(name: str, n_inc: int, ready: str) -> list[str]:
+    """The end of a function of both directions."""
+    return [
         f"    double inc[{n_inc}];",
-        f"    {name}_incidence({name}_values, {name}_prepared, w_i, inc);",
-        f"    return {name}_reflected({name}_values, {name}_prepared, inc, w_i, w_r);",
+        f"    {name}_incidence({ready}, w_i, inc);",
+        f"    return {name}_reflected({ready}, inc, w_i, w_r);",
         "}",
     ]
 

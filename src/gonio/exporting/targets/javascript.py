@@ -91,7 +91,7 @@ def functions(model: Model) -> list[str]:
 
 def _stages(program: Program, writer: Writer, names: tuple[str, str, str]) -> list[str]:
     parameters, (pre, inc, last) = program.formula.inputs[0], program.stages
-    single = len(program.formula.outputs) == 1
+    single = tuple(program.formula.outputs) == ("f",)
     return [
         "// What depends on the values alone.",
         *_function(f"{names[0]}(values)", writer, pre, parameters, many=True),
@@ -148,7 +148,8 @@ def run_node(program: str, module: str, call: str, geometry: Geometry) -> np.nda
         [program, "--input-type=module", "-"], input=script, capture_output=True, text=True, check=False
     )
     if done.returncode:
-        raise ValueError(f"Node refuses the module: {done.stderr.strip().splitlines()[-1]}")
+        said = [line for line in done.stderr.splitlines() if "Error" in line]
+        raise ValueError(f"Node refuses the module: {said[0] if said else 'it says nothing'}")
     return np.array([float(v) for v in json.loads(done.stdout)])
 
 

@@ -1,23 +1,25 @@
 """Python: a module of plain numbers, and one of NumPy's arrays. Neither imports gonio."""
 
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
 from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
 from gonio.exporting.languages.python import NUMPY, PRELUDE, PYTHON
+from gonio.exporting.running import executed
 from gonio.exporting.source import programmed, proved
 from gonio.exporting.subject import Subject
 from gonio.exporting.target import Made, Proof, Request, Target
+from gonio.files import temporary_folder
 from gonio.geometry import Geometry
 from gonio.symbols.formula import INCIDENCE, REFLECTION
 from gonio.symbols.program import Program, Stage
 
 
-def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
-    """The lines of a module with the function NAME(w_i, w_r, values)."""
+def lines_of(subject: Subject, name: str, arrays: bool, docstring: Sequence[str] = ()) -> list[str]:
+    """The lines of a module with the function NAME(w_i, w_r, values); docstring: other lines than those of Python."""
     language = NUMPY if arrays else PYTHON
     program, numbers = programmed(subject)
     writer = Writer(language, f"_{name}")
@@ -26,8 +28,9 @@ def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
         f"{p!r}: {language.literal(v)}" for p, v in zip(subject.model.parameters, numbers["values"], strict=True)
     )
     library = "NumPy" if arrays else "plain Python"
+    told = docstring or heading(subject, f"{name}: {subject.model.title}, as {library}.")
     return [
-        '"""' + docstring(heading(subject, f"{name}: {subject.model.title}, as {library}.")),
+        '"""' + as_docstring(told),
         '"""',
         "",
         "import numpy as np" if arrays else "import math",
@@ -40,7 +43,7 @@ def lines_of(subject: Subject, name: str, arrays: bool) -> list[str]:
     ]
 
 
-def docstring(lines: Sequence[str]) -> str:
+def as_docstring(lines: Sequence[str]) -> str:
     """Lines for a string of Python in triple quotes, which none of them ends."""
     return "\n".join(lines).replace("\\", "\\\\").replace('"""', "'''")
 
@@ -90,16 +93,19 @@ def _function(signature: str, writer: Writer, stage: Stage, parameters: Sequence
 
 def run_python(subject: Subject, geometry: Geometry, arrays: bool = False) -> np.ndarray:
     """What the printed module gives."""
-    return _run("\n".join(lines_of(subject, "model", arrays)), "model", geometry, arrays)
+    with temporary_folder() as folder:
+        file = folder / "model.py"
+        file.write_text("\n".join(lines_of(subject, "model", arrays)), encoding="utf-8")
+        return _run(file, "model", geometry, arrays)
 
 
-def _run(text: str, name: str, geometry: Geometry, arrays: bool) -> np.ndarray:
-    module: dict[str, Any] = {}
-    exec(compile(text, "<printed by gonio>", "exec"), module)  # the text that gonio has just written
+def _run(file: Path, name: str, geometry: Geometry, arrays: bool) -> np.ndarray:
+    """What a module gives that gonio has just written."""
+    function = executed(file)[name]
     vectors = np.stack(np.broadcast_arrays(*geometry), axis=-1)
     if arrays:
-        return np.asarray(module[name](vectors[..., :3], vectors[..., 3:]))
-    return np.array([module[name](row[:3], row[3:]) for row in vectors.reshape(-1, 6).tolist()])
+        return np.asarray(function(vectors[..., :3], vectors[..., 3:]))
+    return np.array([function(row[:3], row[3:]) for row in vectors.reshape(-1, 6).tolist()])
 
 
 def _target(arrays: bool, name: str, title: str, writes: str) -> Target:
@@ -107,8 +113,7 @@ def _target(arrays: bool, name: str, title: str, writes: str) -> Target:
         return Made({request.out.name: "\n".join(lines_of(subject, request.name, arrays)) + "\n"})
 
     def check(subject: Subject, request: Request) -> Proof:
-        text = request.out.read_text(encoding="utf-8")
-        return proved(subject, f"run in {title}", lambda g: _run(text, request.name, g, arrays))
+        return proved(subject, f"run in {title}", lambda g: _run(request.out, request.name, g, arrays))
 
     return Target(name, title, (".py",), writes, make, check)
 

@@ -96,7 +96,7 @@ def band(solution: Solution, points: xr.Dataset) -> xr.Dataset:
         A direction belongs to no group of the fit.
 
     """
-    places, acceptance = solution.places(points), Acceptance.of(solution.instrument, points)
+    places, acceptance = solution.places(points), Acceptance.of(solution.instrument, points, solution.model)
     at_points = propagate(
         solution,
         lambda values: acceptance.brdf(solution.model, {n: values[at] for n, at in places.items()}),

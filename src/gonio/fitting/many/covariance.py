@@ -11,7 +11,10 @@ It is computed as (J'J)^-1 (J'SJ) (J'J)^-1 from Gram matrices and sweeps, in col
 scan takes the singular value decomposition of J. This squares the condition: columns that agree to 1e-7 of their length
 are not determined here, in double precision, and to 1e-10 there.
 
-Weights at a bound are not held: their columns are in J as the others are. Systematic uncertainties are not propagated.
+Weights at a bound are not held: their columns are in J as the others are.
+
+A cause of systematic uncertainty that shifts the residual by e moves the values by A e (`moved`), with the values at a
+bound held, as in `certainty.covariance.systematic_shifts`.
 """
 
 import functools
@@ -33,6 +36,7 @@ from gonio.fitting.many.projection import (
     residual_of,
     shape_values,
     slopes,
+    summed,
     times,
     weighted,
 )
@@ -51,7 +55,7 @@ def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, ki
     and the others do not look at.
     """
     size = layout.n + layout.d
-    by_weight, by_shape, residual = _linearised(layout, lanes, state)
+    by_weight, by_shape, residual = _linearised(layout, lanes, (state.unit, state.weights))
     moved = [(tuple(layout.n + c for c in index), slope) for index, slope in by_shape]
     columns = [(index, full(lanes, column)) for index, column in (*by_weight, *moved)]
     inverse, length, undetermined = _inverse(gram(layout, columns, size))
@@ -82,13 +86,32 @@ def covariance(layout: Layout, lanes: LaneArrays, state: State, error: Array, ki
     return jnp.where(masked, infinite, spread)
 
 
-def _linearised(layout: Layout, lanes: LaneArrays, state: State) -> tuple[Columns, Columns, Array]:
+@functools.partial(jax.jit, static_argnames="layout")
+def moved(layout: Layout, lanes: LaneArrays, point: tuple[Array, Array], error: Array, pinned: Array) -> Array:
+    """By how much the values (n + d, lanes) follow an error of the targets; infinite for those that no data determine.
+
+    point: coordinates of the shape (d, lanes), and weights over the scale of each lane's data (n, lanes). error (cells,
+    rows, lanes): of the weighted values. pinned (n + d, lanes): values at a bound, which stay there.
+    """
+    size = layout.n + layout.d
+    by_weight, by_shape, _ = _linearised(layout, lanes, point)
+    at = [(tuple(layout.n + c for c in index), slope) for index, slope in by_shape]
+    free = jnp.where(pinned, 0.0, 1.0).astype(error.dtype)
+    columns = [(index, full(lanes, column) * in_cells(free, index)) for index, column in (*by_weight, *at)]
+    inverse, length, undetermined = _inverse(gram(layout, columns, size))
+    pull = summed(layout, times(columns, error), size) / length
+    shift = jnp.einsum("ijl,jl->il", inverse, pull, precision="highest") / length
+    return jnp.where(pinned, 0.0, jnp.where(undetermined, jnp.inf, shift))
+
+
+def _linearised(layout: Layout, lanes: LaneArrays, point: tuple[Array, Array]) -> tuple[Columns, Columns, Array]:
     """Derivatives of what is compared, by the weights and by the shape, and the residual (cells, rows, lanes)."""
+    unit, weights = point
     if layout.logarithmic:
-        return logarithms.linearised(layout, lanes, state.unit, state.weights)
-    shape = shape_values(state.unit, lanes.axes)
-    point = weighted(layout, lanes, basis(layout, lanes, shape))
-    return point.columns, slopes(layout, lanes, shape, state.weights), residual_of(point, state.weights)
+        return logarithms.linearised(layout, lanes, unit, weights)
+    shape = shape_values(unit, lanes.axes)
+    at_shape = weighted(layout, lanes, basis(layout, lanes, shape))
+    return at_shape.columns, slopes(layout, lanes, shape, weights), residual_of(at_shape, weights)
 
 
 def _inverse(matrix: Array) -> tuple[Array, Array, Array]:

@@ -10,7 +10,6 @@ What is done here is to check the arguments and to put the parts together: `layo
 """
 
 import functools
-import logging
 import time
 from dataclasses import replace
 from typing import Any
@@ -31,9 +30,9 @@ from gonio.fitting.schema import versions
 from gonio.fitting.search.anneal import Anneal
 from gonio.fitting.search.projection import FOR_MANY, Projection
 from gonio.fitting.search.solver import Progress, silent
-from gonio.measured.causes import SYSTEMATIC, TOTAL
+from gonio.measured.polarimetry.ratio import whole
 from gonio.measured.polarisers import POLARISATION, is_polarised
-from gonio.measured.stack import NODE, NOT_COUNTED, StackLanes, lane_dims, one_scan
+from gonio.measured.stack import NODE, StackLanes, lane_dims, one_scan
 
 Values = npt.NDArray[Any]
 PRECISIONS = ("float64", "float32")
@@ -67,7 +66,7 @@ def fit_many(
     solver : Projection or Anneal
         By default a Projection with fewer trials than for a single scan. The chains of an Anneal run side by side.
     covariance : str
-        `robust`, `scaled` or `absolute`, or "" for none.
+        `robust`, `scaled` or `absolute`, or "" for none, and then for no systematic uncertainty either.
     precision : str
         "float64" or "float32". In float32 rounding moves E by some 1e-6 of itself, and values that the data hardly
         determine by more.
@@ -83,7 +82,9 @@ def fit_many(
     -------
     xarray.Dataset
         Values and uncertainties over the lanes and `parameter`, and `status` over the lanes; `solution_of` makes a
-        Solution of one lane. A lane that cannot be fitted raises nothing: its status says why, and its values are NaN.
+        Solution of one lane. Where the stack states systematic uncertainties, by cause or in all, each value has its
+        shift by every cause, NaN in a lane that does not state them at every point. A lane that cannot be fitted raises
+        nothing: its status says why, and its values are NaN.
 
     Raises
     ------
@@ -106,14 +107,11 @@ def fit_many(
     else:
         lanes = StackLanes(stack, dims, np.empty(0, dtype=np.intp))
     search = Search(solver, covariance, np.dtype(precision), block)
-    results = Results(problem, len(lanes), covariance)
+    results = Results(problem, len(lanes), covariance, lanes.causes if covariance else ())
     if len(lanes):
         with jax.enable_x64(precision == "float64"), jax.default_device(_device(device)):
             results = _searched(problem, lanes, search, progress)
-    if lost := [name for name in (SYSTEMATIC, TOTAL) if name in stack]:
-        logging.getLogger(__name__).warning("%s of the stack %s", lost[0], NOT_COUNTED)
     return results.dataset(problem, stack, lanes).assign_attrs(
-        systematic=NOT_COUNTED if lost else "",
         solver=f"{solver.name}, batched",
         settings=repr(solver),
         precision=precision,
@@ -150,12 +148,15 @@ def _run(
     problem: Problem, shared: Shared, lanes: StackLanes, search: Search, start: Values | None, progress: Progress
 ) -> Results:
     """Every lane, block after block; from `start` (d, lanes) where that is known."""
-    results = Results(problem, len(lanes), search.covariance)
+    results = Results(problem, len(lanes), search.covariance, lanes.causes if search.covariance else ())
     runner = Runner(problem, shared, len(lanes), search, start, results)
     for block in blocks(problem, shared, lanes, runner.width, search.covariance == ABSOLUTE):
         runner.take(block)
         progress(SEARCHING * block.rows[-1] / len(lanes))
     runner.flush()
+    # The stack is read once more: shifts by cause are many numbers, and searches that go on need none of them.
+    for block in blocks(problem, shared, lanes, runner.width, False, shifted=True) if results.causes else ():
+        runner.shift(block)
     progress(1.0)
     return results
 
@@ -192,7 +193,7 @@ def _refuse_polarised(problem: Problem, stack: xr.Dataset) -> None:
     """ValueError for readings through polarisers that are no lanes of a model without polarisation."""
     if POLARISATION in stack.coords and is_polarised(stack):
         of_scan = set(problem.data["brdf"].dims) & set(stack[POLARISATION].dims)
-        if problem.model.polarised or of_scan:
+        if whole(problem.model).polarised or of_scan:
             raise ValueError(
                 "readings through polarisers are for fits of one scan, and these are many: fit one by one, or take the "
                 "mean of each scan first (gonio.measured.polarisers.unpolarised)"

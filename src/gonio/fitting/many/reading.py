@@ -9,7 +9,7 @@ which a compiled search needs, and such points add nothing to them.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from gonio.fitting.many.layout import Shared
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.status import Status, code
+from gonio.measured.causes import WHOLE
 from gonio.measured.sound import LEAST_PEAK, MOST_PEAK, is_stated
 from gonio.measured.stack import StackLanes
 
@@ -43,6 +44,9 @@ class LaneBlock:
     points: npt.NDArray[np.int32]  # points in use of each lane
     status: npt.NDArray[np.int8]  # why a lane cannot be fitted, or FITTED
     crossed: npt.NDArray[np.int8]  # how often better shapes were looked for on lines through a minimum
+    shifts: Values = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (causes, cells, rows, lanes) of the target; see blocks
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -65,9 +69,13 @@ def joined(blocks: list[LaneBlock]) -> LaneBlock:
     return LaneBlock(first.one_root, root=first.root if first.one_root else root, target=target, error=error, **laned)
 
 
-def blocks(problem: Problem, shared: Shared, lanes: StackLanes, width: int, absolute: bool) -> Iterator[LaneBlock]:
+def blocks(
+    problem: Problem, shared: Shared, lanes: StackLanes, width: int, absolute: bool, *, shifted: bool = False
+) -> Iterator[LaneBlock]:
     """All lanes of a stack, at most `width` at a time; with `absolute`, their stated uncertainties too.
 
+    shifted: whether to read by how much each cause of systematic uncertainty shifts the targets. In a lane that does
+    not state it for every value in use the shifts are NaN.
     Lanes with gaps go by themselves. The others then have the same weights whatever neighbours they have, so their
     results do not depend on gaps elsewhere in the stack, and one root for a block takes less time.
     Lanes without a value in use are among those with gaps; their status says so.
@@ -82,12 +90,32 @@ def blocks(problem: Problem, shared: Shared, lanes: StackLanes, width: int, abso
             used &= lanes.values("mask", first, last) == 0
         values[~used] = 0.0  # a weight of zero does not remove a NaN from a sum
         stated = np.array(lanes.values("uncertainty", first, last), dtype=float) if "uncertainty" in lanes else None
+        shifts = _known(lanes.shifts(first, last), used, lanes.causes) if shifted else None
         complete = used.all(axis=1)
         for rows in (np.flatnonzero(complete), np.flatnonzero(~complete)):
             for begin in range(0, len(rows), width):
                 chosen = rows[begin : begin + width]
                 uncertainty = None if stated is None else stated[chosen]
-                yield _block(problem, shared, first + chosen, values[chosen], used[chosen], uncertainty, absolute)
+                block = _block(problem, shared, first + chosen, values[chosen], used[chosen], uncertainty, absolute)
+                yield (
+                    block if shifts is None else _with_shifts(problem, shared, block, values[chosen], shifts[:, chosen])
+                )
+
+
+def _known(shifts: Values, used: npt.NDArray[np.bool_], causes: tuple[str, ...]) -> Values:
+    """Shifts (causes, lanes, points), zero for what is not in use, NaN in lanes where one of any cause is unknown."""
+    good: npt.NDArray[np.bool_] = np.isfinite(shifts)
+    if causes == (WHOLE,):  # a total is no shift, and has no sign
+        good &= shifts >= 0
+    unknown = np.asarray((~good & used).any(axis=(0, 2)))
+    return np.where(unknown[None, :, None], np.nan, np.where(used & good, shifts, 0.0))
+
+
+def _with_shifts(problem: Problem, shared: Shared, block: LaneBlock, values: Values, shifts: Values) -> LaneBlock:
+    """The block with the shifts of its targets, from those of the values (causes, lanes, points)."""
+    placed = np.stack([shared.placed(one) for one in shifts])
+    over = shared.placed(np.where(values > 0, values, 1.0)) if problem.logarithmic else block.scale
+    return replace(block, shifts=placed * block.root / over)
 
 
 def _block(

@@ -17,6 +17,7 @@ from gonio.fitting.objective.problem import Problem
 from gonio.fitting.schema import ATTRIBUTES, COORDINATES, Parameters, assembled, shared_attributes
 from gonio.fitting.solution import Solution
 from gonio.fitting.status import MINIMA, STATUSES, Status, code
+from gonio.measured.causes import CAUSE, total
 from gonio.measured.stack import StackLanes
 from gonio.model import Model
 
@@ -39,12 +40,14 @@ class Ended(NamedTuple):
 class Results:
     """The values of every lane, put in as their searches end.
 
-    value, at_bound (lanes, n); covariance (lanes, n, n), None where it is not asked for; cost, steps, points, status
-    (lanes,), with n free values. A lane that nothing was put in for has no values (NaN) and says NO_POINTS.
+    value, at_bound (lanes, n); covariance (lanes, n, n), None where it is not asked for; shift (lanes, causes, n), by
+    each of the causes that the stack states; cost, steps, points, status (lanes,), with n free values. A lane that
+    nothing was put in for has no values (NaN) and says NO_POINTS.
     """
 
-    def __init__(self, problem: Problem, count: int, covariance: str) -> None:
+    def __init__(self, problem: Problem, count: int, covariance: str, causes: tuple[str, ...] = ()) -> None:
         size = len(problem.names)
+        self.causes, self.shift = causes, np.full((count, len(causes), size), np.nan)
         self.lower, self.upper = problem.lower, problem.upper
         self.value = np.full((count, size), np.nan)
         self.at_bound = np.zeros((count, size), dtype=bool)
@@ -96,8 +99,9 @@ class Results:
 
         Variables: value, at_bound, uncertainty, covariance of each lane, held, as in a Solution; cost, status (an index
         of its flag_meanings), steps, points and converged of each lane. Coordinates of the stack along its lane
-        dimensions come along. If no covariance was asked for, covariance and uncertainty are left out, and a value
-        counts as not determined only where it has no point.
+        dimensions come along. Where the stack states systematic uncertainties: shift_by_cause, over `cause` too, and
+        uncertainty_systematic, as in a Solution. If no covariance was asked for, covariance and uncertainties are left
+        out, and a value counts as not determined only where it has no point.
         """
         parameters, dims = Parameters.of(problem), lanes.dims
 
@@ -117,10 +121,15 @@ class Results:
             data["covariance"] = ((*dims, "parameter", "parameter_b"), covariance)
             uncertainty = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
             data["uncertainty"] = ((*dims, "parameter"), uncertainty)
+        if self.causes:
+            shift = of_lanes(parameters.spread(self.shift, np.nan))
+            data["shift_by_cause"] = ((*dims, CAUSE, "parameter"), shift)
+            data["uncertainty_systematic"] = ((*dims, "parameter"), total(np.moveaxis(shift, -2, 0)))
         of_stack = {str(n): c.variable for n, c in stack.coords.items() if c.dims and set(c.dims) <= set(dims)}
         coords = {name: (COORDINATES[name].dims, column) for name, column in parameters.coords.items()}
         attrs = shared_attributes(problem) | {"data_history": stack.attrs.get("history", "")}
         fits = xr.Dataset(data, coords=of_stack | coords, attrs=attrs)
+        fits = fits.assign_coords({CAUSE: (CAUSE, np.array(self.causes, dtype=str))}) if self.causes else fits
         fits["status"].attrs = {  # the CF convention for a variable of numbers that stand for words
             "flag_values": np.arange(len(STATUSES), dtype=np.int8),
             "flag_meanings": " ".join(status.name.lower() for status in STATUSES),
@@ -142,8 +151,7 @@ def _marked(covariance: Values, unseen: Mask) -> Mask:
 def solution_of(lane: xr.Dataset, model: Model | None = None) -> Solution:
     """The Solution of one lane of what `fit_many` gave: `solution_of(fits.isel(sample=3))`.
 
-    Its history holds the final E alone, because a search of many lanes records none, and systematic uncertainties are
-    NaN.
+    Its history holds the final E alone, because a search of many lanes records none.
 
     Parameters
     ----------
@@ -168,6 +176,8 @@ def solution_of(lane: xr.Dataset, model: Model | None = None) -> Solution:
     columns = {name: lane[name].values for name in ("value", "at_bound", "held")}
     if "covariance" in lane:
         columns["covariance"] = lane["covariance"].values
+    if "shift_by_cause" in lane:
+        columns["shift_by_cause"] = lane["shift_by_cause"].transpose(CAUSE, "parameter").values
     columns["history"] = np.array([[float(lane["cost"])]])
     attributes = {name: value for name, value in lane.attrs.items() if name in ATTRIBUTES} | {
         "status": STATUSES[int(lane["status"])],
@@ -177,7 +187,7 @@ def solution_of(lane: xr.Dataset, model: Model | None = None) -> Solution:
         "points_searched": int(lane["points"]),
         "effective_values": int((~lane["held"].values & np.isfinite(lane["value"].values)).sum()),
     }
-    coords = {name: lane[name].values for name in COORDINATES}
+    coords = {name: lane[name].values for name in (*COORDINATES, *[CAUSE] * ("shift_by_cause" in lane))}
     return Solution(assembled(coords, columns, attributes), model or _of_catalogue(str(lane.attrs["model"])))
 
 

@@ -79,6 +79,7 @@ class Runner:
         self.geometry = tuple(map(self._cast, shared.geometry))
         self.held = {name: self._cast(v) for name, v in shared.held.items()}
         self.lower, self.upper = search.anneal.bounds(problem) if search.anneal else (problem.lower, problem.upper)
+        self.axes_of_all = problem.axes()
         # An Anneal may narrow the bounds: coordinates 0 and 1 are then the narrower ones.
         maps = problem.axes(*(bound[self.layout.n :] for bound in (self.lower, self.upper))).maps
         self.axes = tuple(self._cast(m[:, None], bool if m.dtype == bool else None) for m in maps)
@@ -184,6 +185,22 @@ class Runner:
         now, later = np.arange(min(most, len(block))), np.arange(most, len(block))
         pools[one_root] = [(block.part(later), _lanes_in(state, later))] if len(later) else []
         return block.part(now), _lanes_in(state, now)
+
+    def shift(self, block: LaneBlock) -> None:
+        """By how much each cause shifts the values of the lanes of a block that has its shifts; into the results."""
+        from gonio.fitting.many import covariance as lane_covariance
+
+        rows, n = block.rows, self.layout.n
+        value, pinned = self.results.value[rows].T, self.results.at_bound[rows].T
+        unit = self.axes_of_all.unit(value[n:].T).T
+        unknown = ~np.isfinite(value)
+        data = self._data(block)
+        point = tuple(self._cast(self._wide(np.nan_to_num(v))) for v in (unit, value[:n] / block.scale))
+        for k, error in enumerate(block.shifts):
+            held = self._cast(self._wide(pinned | unknown, True), bool)
+            by = lane_covariance.moved(self.layout, data, point, self._cast(self._wide(error)), held)
+            found = np.asarray(by)[:, : len(block)] * np.concatenate([np.tile(block.scale, (n, 1)), np.ones_like(unit)])
+            self.results.shift[rows, k] = np.where(unknown, np.nan, found).T
 
     def _cross(self, one_root: bool) -> None:
         """From minima at a bound, straight along each coordinate: where a weight is zero its shape has no slope.

@@ -31,6 +31,7 @@ from gonio.fitting.objective.term_derivatives import TermDerivatives, Terms
 from gonio.geometry import Geometry
 from gonio.measured.dataset import DIRECTIONS, geometry
 from gonio.measured.distinct import distinct_rows, first_of, repeats
+from gonio.measured.polarimetry.ratio import whole
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -251,10 +252,10 @@ def in_blocks(problem: Problem) -> BlockedProblem | None:
     """The points of a problem in blocks, where they are more than MANY and the problem can be split so; else None.
 
     None also for more than MOST_VALUES values, which `objective.cells` serves.
-    It can be split where nothing is smooth, no instrument is folded in, the loss is squared, each shape parameter has
-    one value for all points, and each weight has one for all points or one for each set. The terms at a direction are
-    then the same for all of its points, and a set has one weight for each term. The blocks of a problem are made once,
-    and kept as long as the problem itself.
+    It can be split where nothing is smooth, no instrument or polariser is folded in, the loss is squared, each shape
+    parameter has one value for all points, and each weight has one for all points or one for each set. The terms at a
+    direction are then the same for all of its points, and a set has one weight for each term. The blocks of a problem
+    are made once, and kept as long as the problem itself.
     """
     if len(problem.measured) <= MANY or len(problem.names) > MOST_VALUES:
         return None
@@ -265,7 +266,8 @@ def in_blocks(problem: Problem) -> BlockedProblem | None:
 
 def _blocked(problem: Problem) -> BlockedProblem | None:
     """The blocks of a problem of any number of points; None where it cannot be split."""
-    if problem.instrument or problem.loss != "squared" or len(problem.smoothed):
+    polarised = whole(problem.model).polarised and problem.acceptance.through_polarisers
+    if problem.instrument or polarised or problem.loss != "squared" or len(problem.smoothed):
         return None
     by, group = problem.sets
     for entry in problem.entries:

@@ -18,6 +18,10 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.materials import constants
 from gonio.measured import dataset
 from gonio.measured.half_width import half_widths, widest_angle
+from gonio.measured.polarimetry.degree import labelled
+from gonio.measured.polarimetry.ratio import RatioModel, ratio_model
+from gonio.measured.polarisers import unpolarised
+from gonio.measured.sound import IN_RANGE, beyond_arithmetic, is_stated
 from gonio.measured.stack import foreign_dims
 from gonio.model import Model
 from gonio.units import UNITS
@@ -47,6 +51,48 @@ def answered(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
     return changed | _with_material(options, held, scan) if options.material else changed
 
 
+def seen(options: ProblemOptions, model: Model, scan: xr.Dataset) -> dict[str, Any]:
+    """What a fit of a model to a scan takes of its light, by the names of a Problem; empty where that is all of it.
+
+    A model without polarisation gets the readings of unpolarised light. Of degrees of polarisation a model is seen as a
+    RatioModel, and the weight that all others are ratios to is held at 1.
+    Raises ValueError for degrees of polarisation of a model that knows none, or of many scans.
+    """
+    if not dataset.is_degree(scan):
+        return {} if model.polarised or foreign_dims(scan) else {"data": unpolarised(scan)}
+    if foreign_dims(scan):
+        raise ValueError("degrees of polarisation are fitted one scan at a time: choose one, and fit it by gonio.fit")
+    ratio = model if isinstance(model, RatioModel) else ratio_model(model)
+    for word, names in (("grouped", options.grouped), ("smooth", options.smooth), ("free", options.bounds)):
+        if ratio.scale in names:
+            raise ValueError(
+                f"{ratio.scale} cannot be {word}: a degree of polarisation has no scale, and the other weights are "
+                f"ratios to it, so it is held at 1"
+            )
+    if options.held.get(ratio.scale, 1.0) == 0:
+        raise ValueError(f"{ratio.scale} is held at 0: then no light is polarised; hold it at 1, or leave it out")
+    return {"model": ratio, "data": labelled(scan), "held": {ratio.scale: 1.0} | dict(options.held)}
+
+
+def refuse_no_scan(scan: xr.Dataset) -> None:
+    """ValueError for data that no model can be fitted to."""
+    if lanes := foreign_dims(scan):
+        along = ", ".join(lanes)
+        raise ValueError(f"scans lie side by side along {along}: choose one, or fit each by fit_many (fit-stack)")
+    points = dataset.points(scan)
+    if points.sizes["direction"] == 0:
+        raise ValueError("the scan holds no value in use: every one is masked or missing")
+    if "mode" in points.coords and (points["mode"].values == "transmission").any():
+        both = (points["mode"].values == "reflection").any()
+        what = "has transmission: add --select mode=reflection" if both else "is of transmission alone"
+        raise ValueError(f"models describe reflection, but the scan {what}")
+    measured = points["brdf"].values.astype(float)
+    if not measured.any():
+        raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
+    if what := beyond_arithmetic(measured):
+        raise ValueError(f"{what}: {IN_RANGE}")
+
+
 def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
     """The weighting that the values in use ask for, with a noise floor where one is given.
 
@@ -59,12 +105,21 @@ def _weighting(options: ProblemOptions, scan: xr.Dataset) -> dict[str, Any]:
         return {"weighting": "relative", "weighting_reason": given_floor(options.noise_floor)}
     if not points.sizes["direction"]:
         return {"weighting": "uniform"}
+    if dataset.is_degree(scan):
+        return _of_degrees(points)
     choice = chosen(points)
     return {
         "weighting": choice.weighting,
         "noise_floor": choice.noise_floor,
         "weighting_reason": choice.reason,
     }
+
+
+def _of_degrees(points: xr.Dataset) -> dict[str, Any]:
+    """Errors of a degree of polarisation are absolute: one near zero is as sure as others, and may be negative."""
+    if "uncertainty" in points and is_stated(points["uncertainty"].values).all():
+        return {"weighting": "uncertainty", "weighting_reason": "the scan states an uncertainty for each degree"}
+    return {"weighting": "uniform", "weighting_reason": "a degree of polarisation errs alike near zero and one"}
 
 
 def given_floor(noise_floor: float) -> str:

@@ -31,16 +31,15 @@ from gonio.fitting.objective.entries import (
     shape_at_points,
     summed,
 )
-from gonio.fitting.objective.from_scan import WAVELENGTH, answered, wavelength_of
+from gonio.fitting.objective.from_scan import WAVELENGTH, answered, refuse_no_scan, seen, wavelength_of
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.smooth import Smooth, declared, penalty_rows
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.measured.instrument import Acceptance
-from gonio.measured.polarisers import analysed, unpolarised
-from gonio.measured.sound import IN_RANGE, beyond_arithmetic
-from gonio.measured.stack import foreign_dims
+from gonio.measured.polarimetry.ratio import whole
+from gonio.measured.polarisers import POLARISATION, analysed
 from gonio.model import Model
 from gonio.options import options_of
 from gonio.units import weight_unit
@@ -69,9 +68,9 @@ class Problem(ProblemOptions):
     def __post_init__(self) -> None:
         super().__post_init__()
         dataset.unit(self.data)
-        if not self.model.polarised and not foreign_dims(self.data):
-            object.__setattr__(self, "data", unpolarised(self.data))
-        self._refuse_no_scan()
+        for name, value in seen(self, self.model, self.data).items():
+            object.__setattr__(self, name, value)
+        refuse_no_scan(self.data)
         for name, value in answered(self, self.data).items():
             object.__setattr__(self, name, value)
         self._refuse_unknown_names()
@@ -79,26 +78,13 @@ class Problem(ProblemOptions):
             raise ValueError("every parameter is held: nothing is left to fit")
         if self.point_weights is not None and np.shape(self.point_weights) != self.measured.shape:
             raise ValueError(f"point_weights needs one for each of the {len(self.measured)} points in use")
-        _ = self.root_weights, (self.instrument or self.model.polarised) and self.acceptance  # refuse before a search
+        _ = (
+            self.root_weights,
+            (self.instrument or whole(self.model).polarised) and self.acceptance,
+        )  # refuse before a search
 
     def __repr__(self) -> str:
         return described(self.model, self.entries, dataset.unit(self.data), self.weighting)
-
-    def _refuse_no_scan(self) -> None:
-        """ValueError for data that no model can be fitted to."""
-        if lanes := foreign_dims(self.data):
-            along = ", ".join(lanes)
-            raise ValueError(f"scans lie side by side along {along}: choose one, or fit each by fit_many (fit-stack)")
-        if self.points.sizes["direction"] == 0:
-            raise ValueError("the scan holds no value in use: every one is masked or missing")
-        if "mode" in self.points.coords and (self.points["mode"].values == "transmission").any():
-            both = (self.points["mode"].values == "reflection").any()
-            what = "has transmission: add --select mode=reflection" if both else "is of transmission alone"
-            raise ValueError(f"models describe reflection, but the scan {what}")
-        if not self.measured.any():
-            raise ValueError("every brdf value of the scan is zero: there is nothing to fit")
-        if what := beyond_arithmetic(self.measured):
-            raise ValueError(f"{what}: {IN_RANGE}")
 
     def _refuse_unknown_names(self) -> None:
         for name_of, option in options_of(ProblemOptions).items():
@@ -120,7 +106,8 @@ class Problem(ProblemOptions):
     @functools.cached_property
     def acceptance(self) -> Acceptance:
         """The directions that source and detector take in at every point; an ideal instrument takes in one each."""
-        return Acceptance(self.instrument, self.geometry, analysed(self.points))
+        seen_by = analysed(self.points) if whole(self.model).polarised else None
+        return Acceptance(self.instrument, self.geometry, seen_by)
 
     @functools.cached_property
     def measured(self) -> Values:
@@ -181,7 +168,7 @@ class Problem(ProblemOptions):
 
     def _entry(self, name: str, is_weight: bool) -> Entry:
         scans_own = wavelength_of(self, self.model, self.points) if name == WAVELENGTH else None
-        by = ("wavelength",) if isinstance(scans_own, Mapping) else self._grouped_by(name, is_weight)
+        by = ("wavelength",) if isinstance(scans_own, Mapping) else self._grouped_by(name)
         labels, group = self._groups(by)
         if is_weight:
             lower, upper = self.bounds.get(name, (0.0, math.inf))
@@ -199,12 +186,16 @@ class Problem(ProblemOptions):
         refuse_bounds(name, (lower, upper), held is not None, self.model)
         return Entry(name, is_weight, by, labels, group, lower, upper, unit, held)
 
-    def _grouped_by(self, name: str, is_weight: bool) -> tuple[str, ...]:
-        """The coordinates that group a parameter: those asked for, sets for weights, and the one it is smooth over."""
+    def _grouped_by(self, name: str) -> tuple[str, ...]:
+        """The coordinates that group a parameter: those asked for, sets for weights, and the one it is smooth over.
+
+        States of polarisation share the weights of a Mueller model, which says how they differ.
+        """
         by = self.grouped.get(name, ())
         by = (by,) if isinstance(by, str) else tuple(by)
-        if is_weight and name not in self.shared and name not in self.held:
-            by += tuple(s for s in self.sets[0] if s not in by)
+        if name in whole(self.model).weights and name not in self.shared and name not in self.held:
+            known = (*by, *[POLARISATION] * whole(self.model).polarised)
+            by += tuple(s for s in self.sets[0] if s not in known)
         if name in self.smoothed and self.smoothed[name].by not in by:
             by += (self.smoothed[name].by,)
         return by

@@ -14,7 +14,7 @@ from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
 from gonio.measured.causes import CAUSE, SYSTEMATIC, fault
 from gonio.measured.coordinates import SYSTEMS
-from gonio.measured.dataset import ABSOLUTE, ANGLES, DIRECTIONS, HORIZON, RELATIVE, SETS
+from gonio.measured.dataset import ANGLES, DIRECTIONS, HORIZON, SETS, UNITS
 from gonio.measured.sound import UNCERTAINTIES
 
 _AXES = {axis for system in SYSTEMS.values() for axis in system.axes}
@@ -53,7 +53,7 @@ def _refuse_invalid(path: Path, scan: xr.Dataset, places: dict[str, int]) -> Non
             refuse(name, "is no number at each direction")
         if np.isinf(scan[name].values).any():
             refuse(name, "is infinite")
-    if str(brdf.attrs.get("units")) not in (ABSOLUTE, RELATIVE):  # str: a damaged attribute may be an array
+    if str(brdf.attrs.get("units")) not in UNITS:  # str: a damaged attribute may be an array
         refuse("brdf", f"has the unit {clip(str(brdf.attrs.get('units')))!r}: it needs sr-1, or a.u. for relative data")
     finite = np.isfinite(brdf.values)
     if not brdf.values[finite].any():

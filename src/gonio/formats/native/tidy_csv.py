@@ -5,9 +5,10 @@
     30,-80,633,0.0241,0.0003
 
 docs/conventions.md lists the columns. theta_r is signed (positive forward) unless there is a column of azimuths:
-phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data. Other usual names are
-understood. A column that is not understood is kept as a further variable. But one in a unit of angle or length is
-refused, because it may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
+phi_deg, or phi_r_deg, from which phi_i_deg is taken away. `brdf_a.u.` marks relative data; a column `dolp` in the place
+of the BRDF holds degrees of polarisation, and `uncertainty_dolp` their uncertainty. Other usual names are understood. A
+column that is not understood is kept as a further variable. But one in a unit of angle or length is refused, because it
+may be a direction, unless a line `# further columns: NAME, NAME` says that it is none.
 
 A table whose headings state all of this in another way (`Theta_i [deg]`, tabs, decimal commas) is read too, with the
 mapping in its history. Any other table is refused with the `gonio import` that reads it (docs/tables.md).
@@ -16,7 +17,6 @@ mapping in its history. Any other table is refused with the `gonio import` that 
 import csv
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,64 +26,38 @@ import xarray as xr
 from gonio.door.text import clip, lines
 from gonio.files import FormatError
 from gonio.formats.format import Format, Holds
-from gonio.measured.causes import SYSTEMATIC, cause_of, gathered, spread
-from gonio.measured.dataset import DIRECTIONS, SETS, flatten, is_in_plane, make_scan, signed_theta_r
+from gonio.formats.native.tidy_columns import (
+    EXAMPLE,
+    FURTHER,
+    OF_DIRECTIONS,
+    QUANTITIES,
+    REFLECTED_AZIMUTH,
+    Column,
+    columns_of,
+    heading,
+)
+from gonio.measured.causes import SYSTEMATIC, gathered, spread
+from gonio.measured.dataset import (
+    DIRECTIONS,
+    SETS,
+    flatten,
+    is_in_plane,
+    make_scan,
+    signed_theta_r,
+)
 from gonio.outside import as_cell, from_cell
 from gonio.tables.direct import read_stated
-from gonio.tables.vocabulary import SPELLINGS
-from gonio.units import CF_STRINGS, UNITS
 
 MOST_BAD_ROWS = 1_000  # after so many the file is not read further
 MOST_MASK = 127  # the largest number of a signed byte
-QUANTITIES = {
-    "theta_i": ("angle",),
-    "theta_r": ("angle",),
-    "phi": ("angle",),
-    "phi_i": ("angle",),
-    "phi_r": ("angle",),
-    "wavelength": ("length",),
-    "brdf": ("brdf", "relative"),
-    "uncertainty": ("brdf", "relative"),
-    "uncertainty_systematic": ("brdf", "relative"),
-}
-REFLECTED_AZIMUTH = "phi_r"  # a column of the file alone: the scan has phi, from the azimuth of the source
-_OF_DIRECTIONS = tuple(f"_{u}" for u, entry in UNITS.items() if entry.quantity in ("angle", "length"))
-_NAMED = {other: name for name, others in SPELLINGS.items() for other in others}
-UNITLESS = ("channel", "scan", "mode", "side", "polarisation", "mask")
-REQUIRED = ("theta_i", "theta_r", "brdf")
-_EXAMPLE = "theta_i_deg,theta_r_deg,brdf_sr-1"
 _HISTORY = "history: "
-_FURTHER = "further columns: "
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of the header: its quantity and its unit, which is empty for names, flags and unknown columns."""
-
-    name: str
-    unit: str
-
-    @property
-    def scale(self) -> float:
-        """The factor from the unit of the column to gonio's."""
-        return UNITS[self.unit].size if self.unit else 1.0
-
-    @property
-    def cf_unit(self) -> str:
-        """The unit that the variable gets, in the spelling of the CF conventions."""
-        return CF_STRINGS[UNITS[self.unit].quantity] if self.unit else "1"
-
-    @property
-    def is_number(self) -> bool:
-        """Whether every cell must be a number; other columns may hold texts."""
-        return self.name in QUANTITIES or self.name == "mask" or bool(cause_of(self.name))
 
 
 def _read(path: Path) -> xr.Dataset:
     source = lines(path)
     comments, header_line, header = _header(path, source)
     try:
-        columns = _columns(path, header_line, header, _further(comments))
+        columns = columns_of(path, header_line, header, _further(comments))
     except FormatError as error:
         if any(cell.lower().startswith(f"{SYSTEMATIC}[") for cell in header):  # which no other table has
             raise
@@ -100,83 +74,14 @@ def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], i
             comments.append(line[1:].removeprefix(" "))
         elif line.strip():
             return comments, number, [cell.strip() for cell in next(csv.reader([line]))]
-    message = f"holds no header: the first line after the # lines must be like {_EXAMPLE}"
+    message = f"holds no header: the first line after the # lines must be like {EXAMPLE}"
     raise FormatError(path, message, f"line {last}")
 
 
 def _further(comments: list[str]) -> set[str]:
     """The columns that a line of the file says are meant to be further variables."""
-    lists = [c.removeprefix(_FURTHER) for c in comments if c.startswith(_FURTHER)]
+    lists = [c.removeprefix(FURTHER) for c in comments if c.startswith(FURTHER)]
     return {name.strip() for text in lists for name in text.split(",")}
-
-
-def _columns(path: Path, line: int, header: list[str], further: set[str]) -> list[Column]:
-    where = f"line {line}"
-    if header and not header[-1]:
-        raise FormatError(path, "the last column has no name: delete it where it is empty", where)
-    if len(header) == 1 and ";" in header[0]:
-        message = f"no column theta_i and theta_r and brdf in the header {clip(header[0])!r}"
-        raise FormatError(
-            path, f"{message}: separate columns by commas, not semicolons, and name them like {_EXAMPLE}", where
-        )
-    columns = [_column(path, where, cell, cell in further) for cell in header]
-    names = [column.name for column in columns]
-    if missing := [name for name in REQUIRED if name not in names]:
-        message = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
-        raise FormatError(path, f"{message}: name the columns like {_EXAMPLE}", where)
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise FormatError(path, f"the column {clip(twice[0])} occurs twice: keep one", where)
-    if {"phi", REFLECTED_AZIMUTH} <= set(names):
-        raise FormatError(path, "has phi and phi_r, of which each gives the other: keep one", where)
-    relative = {c.name for c in columns if c.unit == "a.u."}
-    values = {"brdf", "uncertainty", "uncertainty_systematic", *(c.name for c in columns if cause_of(c.name))}
-    absolute = {c.name for c in columns if c.unit == "sr-1"} & values
-    if relative and absolute:
-        raise FormatError(path, f"{min(relative)} is in a.u. and {min(absolute)} in sr-1: one unit for both", where)
-    return columns
-
-
-def _column(path: Path, where: str, cell: str, is_further: bool) -> Column:
-    plain = _NAMED.get(cell.lower(), cell.lower())
-    if plain in UNITLESS:
-        return Column(plain, "")
-    own, _, unit = cell.rpartition("_")
-    name = _NAMED.get(own.lower(), own.lower())
-    if cause_of(own) or cause_of(cell):
-        if unit not in ("sr-1", "a.u."):
-            remedy = f"write {clip(cell if cause_of(cell) else own)}_sr-1 or _a.u., as brdf is"
-            raise FormatError(path, f"column {clip(cell)!r} has no unit of a systematic uncertainty: {remedy}", where)
-        return Column(own, unit)
-    if name in QUANTITIES and plain not in QUANTITIES:
-        known = [u for u, entry in UNITS.items() if entry.quantity in QUANTITIES[name]]
-        if unit not in known:
-            raise FormatError(
-                path,
-                f"column {clip(cell)!r} has the unit {clip(unit)!r}: {own} needs one of {', '.join(known)}",
-                where,
-            )
-        return Column(name, unit)
-    if plain in QUANTITIES:
-        known = [f"{plain}_{u}" for u, entry in UNITS.items() if entry.quantity in QUANTITIES[plain]]
-        raise FormatError(path, f"column {clip(cell)!r} names no unit: write {' or '.join(known)}", where)
-    if unit not in UNITS or not own:
-        return Column(cell, "")
-    if not is_further and UNITS[unit].quantity in ("angle", "length"):
-        remedy = f"rename it; or keep it as a further variable by a line '# {_FURTHER}{clip(cell)}' before the header"
-        raise FormatError(
-            path, f"column {clip(cell)!r} is not understood, the nearest is {_nearest(own, unit)}: {remedy}", where
-        )
-    return Column(own, unit)
-
-
-def _nearest(name: str, unit: str) -> str:
-    """The known column of the same kind of unit whose name is most alike."""
-    from difflib import SequenceMatcher
-
-    kinds = [n for n, quantities in QUANTITIES.items() if UNITS[unit].quantity in quantities]
-    spelt = {other: n for n in kinds for other in (n, *SPELLINGS.get(n, ()))}
-    best = max(spelt, key=lambda other: SequenceMatcher(None, name.lower(), other).ratio())
-    return f"{spelt[best]}_{unit}"
 
 
 def _rows(
@@ -282,7 +187,7 @@ def _dataset(
         unit=units["brdf"],
         coordinates={name: by_name[name] for name in SETS if name in by_name},
         variables=variables | {"line": (np.array(rows), "1")},
-        provenance="\n".join(c for c in comments if not c.startswith((_HISTORY, _FURTHER))),
+        provenance="\n".join(c for c in comments if not c.startswith((_HISTORY, FURTHER))),
         history="\n".join(history),
     )
     try:
@@ -311,9 +216,9 @@ def _write(scan: xr.Dataset, path: Path) -> None:
             file.write(f"# {line}\n")
         for line in flat.attrs.get("history", "").splitlines():
             file.write(f"# {_HISTORY}{line}\n")
-        headings = {name: _heading(name, flat[name].attrs.get("units", "1")) for name in columns}
-        if further := [h for name, h in headings.items() if h.endswith(_OF_DIRECTIONS) and name not in QUANTITIES]:
-            file.write(f"# {_FURTHER}{', '.join(further)}\n")
+        headings = {name: heading(name, flat) for name in columns}
+        if further := [h for name, h in headings.items() if h.endswith(OF_DIRECTIONS) and name not in QUANTITIES]:
+            file.write(f"# {FURTHER}{', '.join(further)}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(headings.values())
         writer.writerows(zip(*map(_cells_of, columns.values()), strict=True))
@@ -328,12 +233,6 @@ def _cells_of(values: np.ndarray) -> list[Any]:
                 f"{cell!r} cannot be a cell of a CSV file, with a blank at an end or a line break: rename it"
             )
     return [as_cell(cell) if isinstance(cell, str) else cell for cell in cells]
-
-
-def _heading(name: str, cf_unit: str) -> str:
-    quantity = next((q for q, text in CF_STRINGS.items() if text == cf_unit), None)
-    suffix = next((u for u, entry in UNITS.items() if entry.quantity == quantity and entry.size == 1.0), None)
-    return f"{name}_{suffix}" if suffix and name not in UNITLESS else name
 
 
 FORMAT = Format(

@@ -9,6 +9,8 @@ their z axis points away from it. Here z is the normal of the front, so that dir
 about x: the column of azimuth a has light from phi_i = 180 - a, the row of azimuth b goes to phi_r = -b. Both hold for
 either side, as azimuths are about the front's normal.
 
+An opaque scan that names no side is written for both (sides.py).
+
 Radiance reads only the wavelength called Visible. PyWinCalc reads Visible and Solar, refuses a file with any other, and
 needs both, in all four directions on Klems Full, for a glazing system. So one wavelength or channel is written as
 Visible. Elements of the material, and spectra of source and detector, are lines of provenance such as `TIR: 0.1`, and
@@ -27,7 +29,7 @@ from gonio.door.elements import Element, parse
 from gonio.door.text import MOST_VALUES, clip
 from gonio.formats.format import Evaluate, Format, Holds, Means
 from gonio.formats.radiance import blocks as window_blocks
-from gonio.formats.radiance import klems, patch_means, tensor_tree
+from gonio.formats.radiance import klems, patch_means, sides, tensor_tree
 from gonio.formats.radiance.klems import Basis
 from gonio.measured.dataset import ABSOLUTE, AXES, PARAMETERISATION, SETS, add_history, make_scan
 
@@ -99,7 +101,7 @@ def _matrices(definition: Element, blocks: list[window_blocks.WavelengthDataBloc
         values[at] = square if by_rows else square.T
     scan = patches(incident, outgoing).assign_coords(_sets(*axes))
     dims = ("mode", "side", _spectral(axes[2]), "incident", "outgoing")
-    scan = scan.assign(brdf=(dims, values, {"units": ABSOLUTE}))
+    scan = sides.kept_once(scan.assign(brdf=(dims, values, {"units": ABSOLUTE})), incident, outgoing)
     missing = math.prod(map(len, axes)) - len(blocks)
     for line in (*remarks, *([f"{missing} of the modes, sides and wavelengths have no data"] if missing else [])):
         scan = add_history(scan, line)
@@ -296,9 +298,10 @@ def _written_blocks(scan: xr.Dataset) -> list[tuple[str, str, list[tuple[str, Ar
                 f"mode {mode!r}, side {side!r}: Radiance XML knows reflection, transmission, front and back"
             )
         wavelength = part[spectral].values.item() if spectral else "Visible"
-        by_wavelength.setdefault(_wavelength_text(wavelength, spectra), []).append(
-            (f"{mode.title()} {side.title()}", matrix)
-        )
+        matrices = by_wavelength.setdefault(_wavelength_text(wavelength, spectra), [])
+        matrices.append((f"{mode.title()} {side.title()}", matrix))
+        if sides.is_for_both(scan):
+            matrices.append(("Reflection Back", sides.turned_over(matrix.T, *_bases_of(scan)).T))
     if not by_wavelength:
         raise ValueError("there is no value to write")
     return [(text, unit, matrices) for (text, unit), matrices in by_wavelength.items()]
@@ -324,6 +327,7 @@ FORMAT = Format(
     exact_means=_exact_means,
     reflectances=_reflectances,
     evaluate=evaluate,
+    remark=sides.remark,
     holds=Holds(
         anisotropic=True,
         transmission=True,

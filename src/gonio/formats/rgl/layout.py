@@ -21,6 +21,7 @@ Values = npt.NDArray[np.float64]
 SIZE = 64  # samples along each warped axis
 MOST_ANGLES = 91  # the number of incidence angles up to which those of the scan are kept
 EVEN_ANGLES = 31  # the number of even incidence angles for a scan with more
+SAME = 1e-5  # rad; incidence angles nearer than this are one
 WIDEST_TURN = 15.0  # deg, between azimuths phi_i
 
 
@@ -30,12 +31,26 @@ def layout(scan: xr.Dataset) -> xr.Dataset:
         tensors = tensors_of(scan)
         tensors["spectra"] = tensors["spectra"].reshape(-1, *tensors["spectra"].shape[-4:])[0]
         dims = scan["brdf"].dims if "brdf" in scan else ()
-        if {Y, X} <= set(dims):
+        if {Y, X} <= set(dims) and len(more := np.radians(scan["theta_i"].values)) > len(tensors["theta_i"]):
+            tensors = _at_more_incidences(tensors, more)
+        elif {Y, X} <= set(dims):
             names = [n for n in ("theta_i", "theta_r", "phi", "phi_i", Y, X) if n in scan.coords and scan[n].ndim]
             coords = {n: scan[n].variable for n in names} | _layout_tensors(tensors)
             return xr.Dataset(coords=coords, attrs={AXES: f"{Y} {X}"})
-    tensors = _plain_tensors(scan)
+        else:
+            tensors = _plain_tensors(scan)
+    else:
+        tensors = _plain_tensors(scan)
     return grid_of(measurement_of(tensors, 0)).assign_coords(_layout_tensors(tensors))
+
+
+def _at_more_incidences(tensors: dict[str, Any], theta_i: Values) -> dict[str, Any]:
+    """The tensors with slices at further incidence angles [rad], warped as the slice at the nearest angle is."""
+    nearest = np.abs(tensors["theta_i"][None].astype(float) - theta_i[:, None]).argmin(axis=1)
+    angles = tensors["theta_i"][nearest]
+    new = np.abs(angles - theta_i) > SAME
+    more = {"theta_i": np.where(new, theta_i, angles).astype(np.float32)}
+    return tensors | more | {name: tensors[name][:, nearest] for name in ("vndf", "spectra")}
 
 
 def _layout_tensors(tensors: dict[str, Any]) -> dict[str, Any]:

@@ -20,13 +20,15 @@ class Drift:
     """By what every reading (readings,) is divided, the change of the check direction that is left, and the words.
 
     elapsed (readings,): the time of each reading from 0, the first, to 1, the last. left: the relative change from the
-    first to the last reading of the check direction that no correction took away, NaN where there is none.
+    first to the last reading of the check direction that no correction took away, NaN where there is none. by: of
+    CHOICES.
     """
 
     factor: Values
     elapsed: Values
     left: float
     line: str
+    by: str
 
 
 def drift(raw: xr.Dataset, net: Values, choice: str = "") -> Drift:
@@ -62,7 +64,7 @@ def drift(raw: xr.Dataset, net: Values, choice: str = "") -> Drift:
         CHECK: f"divided by the change of the check direction, read {len(checks)} times",
         NONE: "drift is not corrected",
     }
-    return Drift(factor, elapsed, left, said[chosen] + seen)
+    return Drift(factor, elapsed, left, said[chosen] + seen, chosen)
 
 
 def _changes(raw: xr.Dataset, net: Values, checks: npt.NDArray[np.intp]) -> Values:

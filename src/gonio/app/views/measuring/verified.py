@@ -1,14 +1,21 @@
 """A verification as plain data and for people: deviations by eq 9, each with its range."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gonio.app.output import figure, table
-from gonio.verification import Compared, Deviation, Mirrored
+from gonio.app.output import figure, table, uncertain
+from gonio.verification import Compared, Deviation, Mirrored, Outcome
 
 PERCENT = 100.0
+VERDICTS = {True: "passes", False: "fails", None: "no verdict"}
+FINE = 1e-5  # of a number
+HOW_KNOWN = {
+    "": "let the file state standard deviations, or give --uncertainty, the expanded one (k = 2) of the set-up",
+    "deg": "let the file state standard deviations, or give --zero, its standard uncertainty in degrees",
+}
 
 
 def _deviation(one: Deviation) -> dict[str, Any]:
@@ -92,3 +99,62 @@ def _verdict(deviations: Sequence[Deviation]) -> str:
         return "the set-up passes: delta (eq 9) is below half the expanded uncertainty"
     bad = "; ".join(one.what for one in deviations if not one.passes)
     return f"the set-up does not pass: delta (eq 9) is not below half the expanded uncertainty of {bad}"
+
+
+def checks_record(
+    found: Mapping[str, Outcome], known: Mapping[str, float], left_out: Mapping[str, str]
+) -> dict[str, Any]:
+    """Every check with its number, uncertainty and verdict. known: expanded uncertainties of the set-up, by check."""
+    return {
+        "procedure": "checks",
+        "checks": [
+            {
+                "check": name,
+                "what": one.what,
+                "number": one.number,
+                "unit": one.unit,
+                "uncertainty": one.uncertainty,
+                "count": one.count,
+                "limit": one.limit(known[name]),
+                "passes": one.passes(known[name]),
+                "details": [detail._asdict() for detail in one.details],
+                "notes": list(one.notes),
+                "remedy": one.remedy,
+            }
+            for name, one in found.items()
+        ],
+        "left_out": dict(left_out),
+    }
+
+
+def checks_lines(
+    found: Mapping[str, Outcome], known: Mapping[str, float], left_out: Mapping[str, str]
+) -> Iterator[Any]:
+    """The same for people; a remedy where a check fails."""
+    rows = table("check", "number ± u", "limit", "values", "verdict", left=1)
+    for name, one in found.items():
+        limit = one.limit(known[name])
+        shown = f"{figure(limit)} {one.unit}".rstrip() if math.isfinite(limit) else "–"
+        verdict = VERDICTS[one.passes(known[name])]
+        rows.add_row(name, f"{_with(one.number, one.uncertainty)} {one.unit}".rstrip(), shown, f"{one.count}", verdict)
+    yield rows
+    for name, one in found.items():
+        yield f"{name}: {one.what}"
+        yield from (f"  {detail.what}: {_with(detail.value, detail.uncertainty)}" for detail in one.details)
+        yield from (f"  {note}" for note in one.notes)
+    for name, one in found.items():
+        passed = one.passes(known[name])
+        if passed is False:
+            yield f"{name} fails: {one.remedy}"
+        elif passed is None:
+            yield f"{name} has no verdict, as no uncertainty is known: {HOW_KNOWN.get(one.unit, HOW_KNOWN[''])}"
+    yield from (f"{name} was left out: {why}" for name, why in left_out.items())
+
+
+def _with(value: float, spread: float) -> str:
+    """A value with its uncertainty; all digits of a value near one that is known to better than 1e-5."""
+    if not math.isfinite(spread):
+        return figure(value)
+    if 0 < spread < FINE < abs(value):
+        return f"{value:.{1 - math.floor(math.log10(spread))}f} ± {spread:.1e}"
+    return uncertain(value, spread)

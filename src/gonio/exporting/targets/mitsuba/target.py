@@ -15,7 +15,7 @@ from gonio.exporting.targets.mitsuba.kernel import KERNEL, PRELUDE
 from gonio.exporting.targets.mitsuba.lobes import Lobe, anisotropic, lobes
 from gonio.exporting.targets.mitsuba.precision import needs_double, relative_error
 from gonio.exporting.targets.mitsuba.surface import MARK, SURFACE
-from gonio.exporting.targets.python import docstring, run_python
+from gonio.exporting.targets.python import as_docstring, run_python
 from gonio.geometry import Geometry
 from gonio.symbols.formula import INCIDENCE, NUMBERS, REFLECTION, Formula, formula_of
 from gonio.symbols.program import Stage, staged, whole
@@ -73,7 +73,7 @@ def lines_of(subject: Subject, name: str, drawn: Sequence[Lobe], cosine: float) 
         functions += _whole(f"_density_{k + 1}(values, w_i, w_r)", writer, lobe.density, False)
     title = f"{name}: {subject.model.title}, as a BSDF of Mitsuba 3 called {plugin(name)}."
     return [
-        '"""' + docstring(heading(subject, title)),
+        '"""' + as_docstring(heading(subject, title)),
         '"""',
         "",
         "import math",

@@ -1,0 +1,1 @@
+"""Readings through polarisers put together: those of each state side by side, and degrees of linear polarisation."""

@@ -1,0 +1,330 @@
+"""Would a test see a mistake in the tracer or in a printer? Breaks each place in turn; `make mutation-printers`.
+
+Writes benchmarks/printers.json, which docs/pages/mutation.py adds to its page.
+
+Every place of gonio.symbols and of the languages of gonio.exporting is changed once: operands exchanged, an operator or
+a comparison turned, a condition denied, a number raised by one, a word of a language or of a template replaced by
+another. The change is made in a forked process, by importing the changed source, so nothing on disk is touched. Where
+all that is printed stays the same to the letter, the change is no error (equivalent). Else the tests are run, of models
+that together have every operation. Where none fails, values are computed at directions and shapes that no test has,
+in every language that can be run: equal values are another spelling of the same (respelled), others survived.
+"""
+
+import argparse
+import ast
+import copy
+import importlib
+import importlib.abc
+import importlib.util
+import io
+import json
+import os
+import platform
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gonio
+from gonio import Geometry, catalogue
+from gonio.model import Model, sampler_of
+
+ROOT = Path(__file__).resolve().parents[2]
+RECORD = ROOT / "benchmarks" / "printers.json"
+PACKAGE = Path(gonio.__file__).resolve().parent
+BROKEN = ("symbols", "exporting/languages")
+TESTS = ("tests/symbols", "tests/contract/test_exports.py")
+# Together they have every operation: quadratures, special functions, stacks, powers, choices.
+CHOSEN = (
+    *("lambert", "ggx", "gonio-best", "cauchy-lorentz-reciprocal", "student-t", "exponential-power", "he-torrance"),
+    *("priest-mueller", "rayleigh-rice", "beckmann", "abg", "hapke", "ross-li", "disney"),
+)
+OUTCOMES = ("killed", "equivalent", "respelled", "survived")
+LONGEST = 120  # s for one change
+FURTHER = 300  # pairs of directions that no test has
+
+OPERATORS = {
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Mult, ast.Mod: ast.Mult,
+    ast.BitOr: ast.BitAnd, ast.BitAnd: ast.BitOr,
+    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
+    ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
+}  # fmt: skip
+WORDS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", "&&": "||", "||": "&&", "and": "or", "or": "and",
+         "&": "|", "|": "&", "sin": "cos", "cos": "sin", "exp": "expm1", "log": "log1p", "sqrt": "abs", "erf": "erfc",
+         "x_i": "x_r", "y_i": "x_i", "z_r": "z_i", "mul": "add", "add": "mul", "sub": "add", "div": "mul"}  # fmt: skip
+
+
+def changes(tree: ast.Module) -> Iterator[tuple[int, str, ast.Module]]:
+    """Line, kind and changed tree, for every place."""
+    places = [n for n in ast.walk(tree) if isinstance(n, ast.AST)]
+    docstrings = {id(n.body[0].value) for n in places if _has_docstring(n)}  # type: ignore[attr-defined]
+    annotations = {id(m) for n in places for m in _annotated(n)}
+    for place, node in enumerate(places):
+        if id(node) in docstrings or id(node) in annotations:
+            continue
+        for kind in _kinds(node):
+            changed = copy.deepcopy(tree)
+            if _change(list(ast.walk(changed))[place], kind):
+                yield getattr(node, "lineno", 0), kind, ast.fix_missing_locations(changed)
+
+
+def _has_docstring(node: ast.AST) -> bool:
+    body = getattr(node, "body", None)
+    return isinstance(body, list) and bool(body) and isinstance(body[0], ast.Expr) and _is_text(body[0].value)
+
+
+def _annotated(node: ast.AST) -> Iterator[ast.AST]:
+    """What says of what type something is, or what an error says: no value follows from it."""
+    for field in ("annotation", "returns"):
+        if (found := getattr(node, field, None)) is not None:
+            yield from ast.walk(found)
+    if isinstance(node, ast.Raise):
+        yield from ast.walk(node)
+
+
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def _kinds(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.BinOp | ast.Compare | ast.BoolOp):
+        yield "operator"
+    if isinstance(node, ast.BinOp):
+        yield "operands"
+    if isinstance(node, ast.Call) and len(node.args) > 1:
+        yield "operands"
+    if isinstance(node, ast.If | ast.IfExp):
+        yield "condition"
+    if isinstance(node, ast.Constant):
+        yield "word" if isinstance(node.value, str) else "number"
+
+
+def _change(node: Any, kind: str) -> bool:
+    """Change one place; whether there was anything to change."""
+    if kind == "operator":
+        if isinstance(node, ast.Compare):
+            turned = OPERATORS.get(type(node.ops[0]))
+            node.ops[0] = turned() if turned else node.ops[0]
+        else:
+            turned = OPERATORS.get(type(node.op))
+            node.op = turned() if turned else node.op
+        return turned is not None
+    if kind == "operands":
+        if isinstance(node, ast.BinOp):
+            node.left, node.right = node.right, node.left
+        else:
+            node.args[0], node.args[1] = node.args[1], node.args[0]
+        return True
+    if kind == "condition":
+        node.test = ast.UnaryOp(ast.Not(), node.test)
+        return True
+    if isinstance(node.value, bool):
+        node.value = not node.value
+    elif isinstance(node.value, int | float):
+        node.value = node.value + 1
+    elif isinstance(node.value, str) and node.value.strip() in WORDS:
+        node.value = node.value.replace(node.value.strip(), WORDS[node.value.strip()])
+    else:
+        return False
+    return True
+
+
+class Changed(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Imports one module from a changed tree."""
+
+    def __init__(self, module: str, tree: ast.Module, file: str) -> None:
+        self.module, self.tree, self.file = module, tree, file
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
+        return importlib.util.spec_from_loader(name, self, origin=self.file) if name == self.module else None
+
+    def exec_module(self, module: Any) -> None:
+        exec(compile(self.tree, self.file, "exec"), module.__dict__)
+
+
+def texts() -> str:
+    """All that is printed of the chosen models, in every language."""
+    from gonio.exporting.languages.language import Writer
+    from gonio.exporting.languages.python import PRELUDE
+    from gonio.symbols.formula import density_of, draw_of, formula_of
+    from gonio.symbols.program import staged
+
+    out = [PRELUDE]
+    for language in languages():
+        writer = Writer(language)
+        for name in CHOSEN:
+            for terms in (False, True):
+                for stage in staged(formula_of(catalogue[name], terms=terms)).stages:
+                    out += [*writer.stage(stage), *writer.results(stage)]
+            for _, sampler, term in samplers(catalogue[name]):
+                for formula in (draw_of(sampler, term), density_of(sampler, term)):
+                    out += [line for part in writer.whole(formula) for line in part]
+        out += writer.shared()
+    return "\n".join(out)
+
+
+def samplers(model: Model) -> Iterator[tuple[str, Any, Any]]:
+    for weight, term in model.terms.items():
+        if (sampler := sampler_of(term)) is not None:
+            yield weight, sampler, term
+
+
+def languages() -> list[Any]:
+    import pkgutil
+
+    import gonio.exporting.languages as package
+    from gonio.exporting.languages.language import Language
+
+    found: dict[str, Any] = {}
+    for module in pkgutil.iter_modules(package.__path__):
+        contents = vars(importlib.import_module(f"{package.__name__}.{module.name}"))
+        found |= {v.name: v for v in contents.values() if isinstance(v, Language)}
+    return [found[name] for name in sorted(found)]
+
+
+def values_differ() -> bool:
+    """Whether a value differs from the model's at directions and shapes that no test has."""
+    from gonio.symbols.formula import formula_of
+    from programs import RUNS, inputs
+
+    draw = np.random.default_rng(20261130)
+    z, azimuth = draw.uniform(0.05, 1, (2, FURTHER)), draw.uniform(0, 2 * np.pi, (2, FURTHER))
+    sine = np.sqrt(1 - z**2)
+    g = Geometry(sine[0] * np.cos(azimuth[0]), sine[0] * np.sin(azimuth[0]), z[0],
+                 sine[1] * np.cos(azimuth[1]), sine[1] * np.sin(azimuth[1]), z[1])  # fmt: skip
+    formulas, rows, expected = {}, {}, {}
+    for name in CHOSEN:
+        model = catalogue[name]
+        values = dict.fromkeys(model.weights, 0.4)
+        values |= {k: draw.uniform(p.lower, p.upper) for k, p in model.shape.items()}
+        key = name.replace("-", "_")
+        formulas[key], expected[key] = formula_of(model), np.asarray(model(g, values))
+        columns = [np.broadcast_to({**values, **g._asdict()}[n], FURTHER) for n in inputs(formulas[key])]
+        rows[key] = np.stack(columns, axis=-1)
+    with tempfile.TemporaryDirectory() as folder:
+        for run in RUNS.values():
+            found = run(formulas, rows, Path(folder))
+            for key, right in expected.items():
+                if not np.allclose(found[key][:, 0], right, rtol=1e-9, atol=1e-300):
+                    return True
+    return False
+
+
+def outcome(module: str, tree: ast.Module, file: str, baseline: str) -> str:
+    """What becomes of a change, in this process, which ends afterwards."""
+    sys.meta_path.insert(0, Changed(module, tree, file))
+    try:
+        if texts() == baseline:
+            return "equivalent"
+    except Exception:
+        return "killed"
+    import gonio.models
+
+    few = {name: catalogue[name] for name in CHOSEN}
+    gonio.catalogue = few  # type: ignore[attr-defined]
+    gonio.models.catalogue = few  # type: ignore[attr-defined]
+    code = pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *(str(ROOT / t) for t in TESTS)])
+    if code != 0:
+        return "killed"
+    return "survived" if values_differ() else "respelled"
+
+
+def in_a_fork(module: str, tree: ast.Module, file: str, baseline: str) -> str:
+    """The same in a process of its own; a change that runs too long is noticed by that."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.setsid()
+        try:
+            with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+                found = outcome(module, tree, file, baseline)
+        except BaseException:
+            found = "killed"
+        os.write(write, found.encode())
+        os._exit(0)
+    os.close(write)
+    end = time.monotonic() + LONGEST
+    while time.monotonic() < end:
+        if os.waitpid(child, os.WNOHANG)[0]:
+            found = os.read(read, 20).decode() or "killed"
+            os.close(read)
+            return found
+        time.sleep(0.02)
+    os.killpg(child, 9)
+    os.waitpid(child, 0)
+    os.close(read)
+    return "killed"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sample", type=int, default=0, help="try so many places of each file; 0 is all")
+    parser.add_argument("--only", default="", help="files whose name has this")
+    asked = parser.parse_args()
+    for name in [m for m in sys.modules if m.startswith(("gonio.symbols", "gonio.exporting"))]:
+        del sys.modules[name]
+    start = time.monotonic()
+    baseline = _baseline()
+    rows, unseen = [], []
+    for path in sorted(p for folder in BROKEN for p in (PACKAGE / folder).glob("*.py")):
+        name = path.relative_to(PACKAGE).as_posix()
+        if asked.only not in name or path.name == "__init__.py":
+            continue
+        source = path.read_text(encoding="utf-8")
+        every = list(changes(ast.parse(source)))
+        if asked.sample:
+            every = random.Random(1).sample(every, min(asked.sample, len(every)))
+        count: Counter[str] = Counter()
+        module = "gonio." + name.removesuffix(".py").replace("/", ".")
+        for line, kind, tree in every:
+            found = in_a_fork(module, tree, str(path), baseline)
+            count[found] += 1
+            if found in ("respelled", "survived"):
+                said = source.splitlines()[line - 1].strip() if line else ""
+                unseen.append({"file": name, "line": line, "kind": kind, "outcome": found, "text": said})
+        rows.append({"file": name, "changes": len(every), **{o: count[o] for o in OUTCOMES}})
+        print(name, dict(count), f"{(time.monotonic() - start) / 60:.1f} min", flush=True)
+    versions = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    machine = f"{os.cpu_count()} cores, {platform.machine()}, {versions}"
+    record = {
+        "date": date.today().isoformat(),
+        "machine": machine,
+        "minutes": (time.monotonic() - start) / 60,
+        "sample": asked.sample,
+        "models": list(CHOSEN),
+        "rows": rows,
+        "all": {k: sum(r[k] for r in rows) for k in ("changes", *OUTCOMES)},
+        "unseen": unseen,
+    }
+    if not asked.only:
+        RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    for one in unseen:
+        print(one)
+    return int(record["all"]["survived"] > 0)  # type: ignore[index]
+
+
+def _baseline() -> str:
+    """What is printed without a change, made in a fork so that this process imports none of it."""
+    read, write = os.pipe()
+    if (child := os.fork()) == 0:
+        with os.fdopen(write, "w", encoding="utf-8") as out:
+            out.write(texts())
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, encoding="utf-8") as text:
+        found = text.read()
+    os.waitpid(child, 0)
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -150,6 +150,7 @@ def test_a_wrong_channel_is_found(tmp_path):
 
 def test_names_are_those_of_mitsuba():
     assert plugin("black_paint_2") == "gonio-black-paint-2"
+    assert plugin("coating_mitsuba") == "gonio-coating"
     assert plugin("_2_layers") == "gonio-2-layers"
 
 

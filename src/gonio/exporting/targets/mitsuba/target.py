@@ -35,8 +35,8 @@ def make(subject: Subject, request: Request) -> Made:
 
 
 def plugin(name: str) -> str:
-    """What the BSDF is called in Mitsuba, where an underscore is no part of names."""
-    return f"gonio-{name.replace('_', '-').strip('-')}"
+    """What the BSDF is called in Mitsuba: the model in coating_mitsuba.py is gonio-coating."""
+    return f"gonio-{name.removesuffix('_mitsuba').replace('_', '-').strip('-')}"
 
 
 def _remarks(subject: Subject, request: Request, noise: Mapping[str, float]) -> Iterator[str]:

@@ -48,7 +48,7 @@ def turned_over(matrix: Array, incident: Basis, outgoing: Basis) -> Array:
 
 
 def kept_once(scan: xr.Dataset, incident: Basis, outgoing: Basis) -> xr.Dataset:
-    """A scan of matrices (.., incident, outgoing) without its side, where both sides are one surface turned over."""
+    """A scan of matrices over sides, incident and outgoing patches, without its side, where both are one surface."""
     if list(scan["side"].values) != ["front", "back"] or list(scan["mode"].values) != ["reflection"]:
         return scan
     front, back = (

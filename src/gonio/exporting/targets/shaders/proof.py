@@ -1,6 +1,7 @@
 """Shaders proved: compiled by glslangValidator, and run through OpenGL by moderngl, where these are installed."""
 
 import functools
+import importlib
 import re
 import shutil
 import subprocess
@@ -107,8 +108,7 @@ def compile_glsl(shaders: Sequence[str]) -> None:
 def opengl() -> Any:
     """A context of OpenGL without a window; None where moderngl or a driver is missing."""
     try:
-        import moderngl  # type: ignore[import-not-found,unused-ignore]
-
+        moderngl: Any = importlib.import_module("moderngl")
         context = moderngl.create_standalone_context(backend="egl", require=430)
         context.simple_framebuffer((1, 1)).use()  # Mesa draws nothing without one, not even into a buffer
         return context

@@ -9,7 +9,7 @@ from gonio.exporting.subject import of_model
 from gonio.formats import formats
 
 # Tables are tried in test_tables.py, which takes a minute.
-WRITTEN = [t for t in targets().values() if not t.refused and t.name not in {*formats(), "fred-table"}]
+WRITTEN = [t for t in targets().values() if not t.refused and t.name not in {*formats(), "fred-table", "radiance-xml"}]
 LAMBERT = of_model(gonio.catalogue["lambert"], {"rho": 0.5})
 
 

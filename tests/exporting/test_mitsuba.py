@@ -12,7 +12,7 @@ from gonio.exporting.source import pairs
 from gonio.exporting.subject import Subject, of_model
 from gonio.exporting.targets.mitsuba.fallback import fallback
 from gonio.exporting.targets.mitsuba.precision import needs_double, relative_error
-from gonio.exporting.targets.mitsuba.target import formula_in, plugin, run
+from gonio.exporting.targets.mitsuba.target import defined, plugin, run
 from gonio.model import declarations, sampler_of
 from gonio.optics.sampling import COSINE
 
@@ -51,29 +51,29 @@ def test_every_model_is_valid_python_and_computes_the_model(name, tmp_path):
 @pytest.mark.parametrize("name", PROVED)
 def test_single_precision_is_enough_or_the_file_says_so(name, tmp_path):
     """At directions that single precision holds: 1e-5 of the value, or of a millionth of the largest one."""
-    _, text = written(name, tmp_path)
+    done, _ = written(name, tmp_path)
     model = catalogue[name]
     geometry = Geometry(*(np.asarray(c, dtype=np.float32).astype(float) for c in pairs()))
     expected = np.asarray(model(geometry, values_of(model)))
-    error = relative_error(run(text, geometry, array=scalar.ArrayXf), expected, expected)
-    assert error <= 1e-5 or formula_in(text)["PRECISE"]
-    assert relative_error(run(text, geometry), expected, expected) <= 2e-6
+    error = relative_error(run(done.files[0], geometry, array=scalar.ArrayXf), expected, expected)
+    assert error <= 1e-5 or defined(done.files[0])["PRECISE"]
+    assert relative_error(run(done.files[0], geometry), expected, expected) <= 2e-6
 
 
 def test_a_lambertian_of_one_half_comes_back(tmp_path):
-    _, text = written("lambert", tmp_path, rho=0.5)
+    done, _ = written("lambert", tmp_path, rho=0.5)
     above = Geometry.from_degrees([0.0, 30.0, 80.0], [0.0, 70.0, 10.0], 120.0)
-    np.testing.assert_allclose(run(text, above), 0.5 / np.pi, rtol=1e-8)
-    np.testing.assert_array_equal(run(text, Geometry.from_degrees([30.0], [95.0])), 0.0)
-    module = formula_in(text)
+    np.testing.assert_allclose(run(done.files[0], above), 0.5 / np.pi, rtol=1e-8)
+    np.testing.assert_array_equal(run(done.files[0], Geometry.from_degrees([30.0], [95.0])), 0.0)
+    module = defined(done.files[0])
     assert module["DRAWN"] == []
     assert module["COSINE"] == 1.0
 
 
 @pytest.mark.parametrize("name", PROVED)
 def test_lobes_are_drawn_as_gonio_draws_them(name, tmp_path):
-    done, text = written(name, tmp_path)
-    module, model = formula_in(text), catalogue[name]
+    done, _ = written(name, tmp_path)
+    module, model = defined(done.files[0]), catalogue[name]
     values = {n: scalar.ArrayXf64(numbers) for n, numbers in module["VALUES"].items()}
     declared = [(w, t) for w, t in model.terms.items() if sampler_of(t) not in (None, COSINE)]
     u, v = np.random.default_rng(1).random((2, 50))
@@ -125,8 +125,7 @@ def test_channels_and_wavelengths_are_kept(tmp_path):
         for c, w in zip("RGB", (0.1, 0.2, 0.4), strict=True)
     }
     done = write(Subject(catalogue["ggx"], sets, "channel"), tmp_path / "a.py", "mitsuba")
-    text = done.files[0].read_text(encoding="utf-8")
-    module = formula_in(text)
+    module = defined(done.files[0])
     assert (module["BY"], module["LABELS"]) == ("channel", ["R", "G", "B"])
     assert module["VALUES"]["width"] == [0.1, 0.2, 0.4]
     assert done.prove().error <= 2e-6

@@ -1,20 +1,23 @@
 """The file for Mitsuba 3, and its proof by Dr.Jit alone."""
 
 import ast
+import functools
 from collections.abc import Iterator, Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gonio.exporting.heading import heading
 from gonio.exporting.languages.language import Writer
+from gonio.exporting.running import executed
 from gonio.exporting.source import pairs, proved
 from gonio.exporting.subject import ONE, Subject
 from gonio.exporting.target import Made, Proof, Request, Target
 from gonio.exporting.targets.mitsuba.kernel import KERNEL, PRELUDE
 from gonio.exporting.targets.mitsuba.lobes import Lobe, anisotropic, lobes
 from gonio.exporting.targets.mitsuba.precision import needs_double, relative_error
-from gonio.exporting.targets.mitsuba.surface import MARK, SURFACE
 from gonio.exporting.targets.python import as_docstring, run_python
 from gonio.geometry import Geometry
 from gonio.symbols.formula import INCIDENCE, NUMBERS, REFLECTION, Formula, formula_of
@@ -92,8 +95,7 @@ def lines_of(subject: Subject, name: str, drawn: Sequence[Lobe], cosine: float) 
         *(f"    ({lobe.share!r}, _draw_{k + 1}, _density_{k + 1})," for k, lobe in enumerate(drawn)),
         "]",
         "",
-        MARK,
-        SURFACE.rstrip("\n"),
+        *surface().splitlines(),
     ]
 
 
@@ -109,6 +111,16 @@ def _values(subject: Subject, name: str, cosine: float) -> Iterator[str]:
     yield f"ANISOTROPIC = {anisotropic(subject)}  # whether it matters how the surface is turned"
     yield f"PRECISE = {needs_double(subject)}  # whether the formula needs double precision"
     yield f"COSINE = {cosine!r}  # share of the directions that the cosine draws; lobes draw the others"
+
+
+@functools.cache
+def surface() -> str:
+    """The part that is the same for every model: the class that Mitsuba calls.
+
+    It uses what stands above it: NAME, BY, LABELS, VALUES, COSINE, DRAWN, ANISOTROPIC, PRECISE, and the functions
+    _prepare, _incidence and _reflected, which take arrays of Dr.Jit alone.
+    """
+    return (files("gonio.exporting.targets.mitsuba") / "surface.txt").read_text(encoding="utf-8")
 
 
 _SIGNATURES = ("_prepare(values)", "_incidence(values, pre, w_i)", "_reflected(values, pre, inc, w_i, w_r)")
@@ -134,8 +146,7 @@ def _function(signature: str, writer: Writer, stage: Stage, parameters: Sequence
 
 def check(subject: Subject, request: Request) -> Proof:
     """The written file without its class, run by Dr.Jit in double precision."""
-    text = request.out.read_text(encoding="utf-8")
-    ast.parse(text)
+    ast.parse(request.out.read_text(encoding="utf-8"))
     one = subject if len(subject.sets) == 1 else subject.one(next(iter(subject.sets)))
     try:
         import drjit  # noqa: F401
@@ -143,7 +154,7 @@ def check(subject: Subject, request: Request) -> Proof:
         how = "no Dr.Jit is here: the file is valid Python, and the same formula, printed in plain Python, was run"
         return proved(one, how, lambda g: run_python(one, g))
     geometry = pairs()
-    errors = [_error(subject, label, run(text, geometry, k), geometry) for k, label in enumerate(subject.sets)]
+    errors = [_error(subject, label, run(request.out, geometry, k), geometry) for k, label in enumerate(subject.sets)]
     return Proof("its formula run by Dr.Jit, without Mitsuba", max(errors), CONSTANTS)
 
 
@@ -152,19 +163,18 @@ def _error(subject: Subject, label: str, found: np.ndarray, geometry: Geometry) 
     return relative_error(found, expected, expected)
 
 
-def formula_in(text: str) -> dict[str, Any]:
-    """What the file defines before its class."""
-    module: dict[str, Any] = {}
-    exec(compile(text.partition(MARK)[0], "<written by gonio>", "exec"), module)  # the text that gonio has written
-    return module
+def defined(file: Path) -> dict[str, Any]:
+    """What the file defines, run without Mitsuba."""
+    stand_in = {"variant": lambda: "none", "Float": float, "BSDF": object, "register_bsdf": lambda *_: None}
+    return executed(file, {"mitsuba": stand_in})
 
 
-def run(text: str, geometry: Geometry, place: int = 0, array: Any = None) -> np.ndarray:
+def run(file: Path, geometry: Geometry, place: int = 0, array: Any = None) -> np.ndarray:
     """The BRDF that the file's functions give for one of its sets, in arrays of Dr.Jit, double precision by default."""
     from drjit import scalar
 
     Array = array or scalar.ArrayXf64
-    module = formula_in(text)
+    module = defined(file)
     w = [Array(np.ascontiguousarray(c)) for c in np.broadcast_arrays(*geometry)]
     values = {name: Array([numbers[place]]) for name, numbers in module["VALUES"].items()}
     ready = module["_prepare"](values)

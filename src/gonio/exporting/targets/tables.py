@@ -14,6 +14,7 @@ from gonio.files import FormatError
 from gonio.formats import formats
 from gonio.formats.format import Format
 from gonio.resampling.hemisphere import Reflectance, excessive, reflectances
+from gonio.resampling.lobes import HORIZON_AT
 
 FINER = (1.0, 2.0)  # times: the grid from the model's own width, and a finer one where that is not enough
 OTHERS = {"fred": "fred-table", "radiance": "radiance-xml"}  # targets of these names write a program's own models
@@ -69,6 +70,8 @@ def _remarks(scan: xr.Dataset, target: Format, last: float, error: Error) -> lis
             found.append(f"incidence ends at {end:g} deg: beyond, the model grows without bound")
         elif end < 89.0:
             found.append(f"incidence ends at {end:g} deg, as in every file of this format")
+    if target.means is None:
+        found.append(f"within {90 - HORIZON_AT:g} deg of the horizon, values are those at that distance from it")
     if error.lost:
         found.append(f"read back, {100 * error.lost:.2g} % of directions have no value: those close to the horizon")
     return [line for line in found if line]

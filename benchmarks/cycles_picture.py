@@ -1,4 +1,4 @@
-"""A sphere of docs/howto/shaders.md, rendered by Blender's Cycles from a shader that gonio wrote; `make renders` does not.
+"""A sphere of docs/howto/shaders.md, rendered by Cycles from a shader that gonio wrote; no part of `make renders`.
 
     python benchmarks/cycles_picture.py coating.osl PICTURE.png
 

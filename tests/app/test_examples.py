@@ -66,6 +66,10 @@ def files(tmp_path_factory):
     for k in (1, 2, 10):
         write(painted(300 + k, sets=(650.0,)), folder / "wafers" / f"wafer{k}.csv")
     write(painted(200, sets=(650.0,), rho_s=0.0, rho_d=0.001), folder / "blank.csv")
+    polarised = {"ks": 0.4, "kd": 0.02, "sigma": 0.2, "index": 1.5, "extinction": 0.0}
+    model = catalogue["priest-mueller"]
+    states = simulate(model, polarised, [30.0, 60.0], np.arange(-70, 71, 20.0), noise=0.01, polarisation=("s", "p"))
+    write(states, folder / "polarised.csv")
     smooth = fit(Problem(catalogue["lambert"], scan))
     convert(scan, folder / "coating.bsdf", to="zemax", filling=Filling(SYMMETRIES, smooth.predict, "lambert"))
     (folder / "results").mkdir()

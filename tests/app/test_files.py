@@ -72,7 +72,7 @@ def test_convert_prints_the_error_and_keeps_it(run, scan_file, tmp_path):
         "convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--weighting", "uniform"
     )
     assert code == 1  # this scan, made of weights alone, has no physical size
-    assert "the Zemax BSDF would scatter 292.2 % of the light that falls on it, at theta_i 0 deg" in err
+    assert "the Zemax BSDF would scatter 285.1 % of the light that falls on it, at theta_i 0 deg" in err
     assert not out.exists()
     code, text, err = run(
         "convert", scan_file, out, "--to", "zemax", "--fill", "symmetry,lambert", "--force", "--weighting", "uniform"

@@ -131,7 +131,9 @@ def test_gaps_are_filled_by_a_stored_fit(run, folder, tmp_path, scan, options, f
     assert code == 0
     assert f"filled by ggx fitted in {filler} with uniform weighting" in " ".join(out.split())
     filled = flatten(read(target))
-    filled = filled.isel(direction=np.flatnonzero(~is_in_plane(filled)))
+    # next to the horizon the file has the values at some distance from it, as it says
+    seen = ~is_in_plane(filled) & (filled["theta_i"].values < 89) & (filled["theta_r"].values < 89)
+    filled = filled.isel(direction=np.flatnonzero(seen))
     solution = Solution.load(folder / filler)
     sets = {"wavelength": wavelength} if filler == "two.nc" else {}
     expected = solution.predict(filled.drop_vars("wavelength", errors="ignore"), **sets)

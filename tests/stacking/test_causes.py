@@ -65,12 +65,15 @@ def test_other_causes_are_left_out_with_the_files_that_have_them(tmp_path, other
     assert not {"systematic", "uncertainty_systematic", "cause"} & set(found.variables)
 
 
-def test_at_other_directions_the_total_is_kept_and_that_is_said(tmp_path):
+def test_at_other_directions_every_cause_is_interpolated_with_its_sign(tmp_path):
     put(tmp_path / "a.csv", 0.1)
     put(tmp_path / "b.csv", 0.1, theta_r=(-40.0, 10.0, 40.0))
     done = stack([tmp_path / "a.csv", tmp_path / "b.csv"], tmp_path / "s.zarr", resample=True)
-    assert "variables left out: systematic by cause, of which the total is kept" in done.notes
-    assert list(causes(open_stack(tmp_path / "s.zarr").isel(sample=0).load())) == ["systematic"]
+    assert not [note for note in done.notes if "left out" in note]
+    each = [causes(open_stack(tmp_path / "s.zarr").isel(sample=k).load()) for k in (0, 1)]
+    assert list(each[0]) == list(each[1]) == ["filter", "zero"]
+    for name in each[0]:
+        np.testing.assert_allclose(each[1][name], each[0][name], rtol=0.01, atol=5e-5)  # linear over 30 deg and more
 
 
 def test_causes_of_a_damaged_stack_are_refused_in_one_line(tmp_path):

@@ -44,7 +44,9 @@ class ExportOptions:
     ] = ""
     check: Annotated[bool, Option("prove the written file with what is installed here")] = False
     name: Annotated[str, Option("what the model is called inside the file", metavar="NAME")] = ""
-    scale: Annotated[float | None, Option("1/sr for a unit of relative data", metavar="VALUE", panel=Panel.DATA)] = None
+    scale: Annotated[
+        float | None, Option("the 1/sr of one unit of relative data", metavar="VALUE", panel=Panel.DATA)
+    ] = None
     published: Annotated[
         str,
         Option(

@@ -13,4 +13,4 @@ EXAMPLES = (
 
 def command(output: OutputOptions) -> None:
     """List the file formats, and what each can hold."""
-    output.show(formats.records(), (formats.table(), formats.LEGEND, formats.PROGRAMS))
+    output.show(formats.records(), (formats.table(), formats.LEGEND, formats.programs()))

@@ -43,7 +43,15 @@ LEGEND = (
     "all are read; holds: a surfaces turned about the normal (anisotropic), t transmission, r relative data, "
     "g missing values, u uncertainties"
 )
-PROGRAMS = "models are written for further programs by gonio export --to NAME; a name that there is not gives the list"
+
+
+def programs() -> str:
+    """The names of what models are written for beside these formats."""
+    from gonio.exporting import targets
+    from gonio.exporting.targets import tables
+
+    others = [t.name for t in targets().values() if not t.refused and t not in tables.TARGETS]
+    return f"gonio export --to NAME writes models for programs too: {', '.join(others)}"
 
 
 def rows() -> list[tuple[str, ...]]:

@@ -24,7 +24,26 @@ WRITTEN = [f for f in formats().values() if f.write is not None]
 REFUSED = ("integra-specular", "integra-specular-transmission", "integra-transmission", "zarr")
 ALL = [f for f in WRITTEN if f.name not in REFUSED]
 QUICK = [f for f in ALL if f.name != "merl"]  # 35 MB
-GGX = {"rho_s": 0.8, "rho_d": 0.1, "width": 0.1}
+GGX = {"rho_s": 0.8, "rho_d": 0.1, "width": 0.2}
+
+
+@pytest.fixture(autouse=True)
+def few_pairs(monkeypatch):
+    """A tenth of the random pairs that a table is compared at: a root mean square of 2000 is known to some percent."""
+    monkeypatch.setattr("gonio.exporting.tabulating.PAIRS", 2000)
+    monkeypatch.setattr("gonio.exporting.tabulating.FEWER", 200)
+
+
+@pytest.fixture
+def short_lists(monkeypatch):
+    """A quarter of the directions of a list: text takes long to write and to read, and a list to triangulate."""
+    monkeypatch.setattr("gonio.exporting.tabulating.FLAT_LARGEST", 25_000)
+
+
+@pytest.fixture
+def small_tables(short_lists, monkeypatch):
+    """And grids of few values, which are enough for a constant."""
+    monkeypatch.setattr("gonio.exporting.tabulating.LARGEST", 12_000)
 
 
 def export(tmp_path, name, values, model="ggx", **more):
@@ -56,14 +75,15 @@ def test_what_cannot_hold_a_model_says_what_can(name, tmp_path):
 
 
 @pytest.mark.parametrize("target", QUICK, ids=lambda f: f.name)
-def test_a_lambertian_of_a_half_comes_back_as_that_over_pi(target, tmp_path):
+def test_a_lambertian_of_a_half_comes_back_as_that_over_pi(target, tmp_path, small_tables):
     done = export(tmp_path, tables.name_of(target), {catalogue["lambert"].weights[0]: 0.5}, "lambert")
     theta_i, theta_r, phi = pairs(3)
     some = slice(0, None, 40)
     again = read(done.files[0])
     found = at(again, theta_i[some], theta_r[some], phi[some])
     has = np.isfinite(found)
-    assert has.mean() > (0.7 if target.name == "utia" else 0.97)
+    # of 50 pairs: a short list lacks those that are close to the horizon
+    assert has.mean() > (0.7 if target.name == "utia" else 0.93 if again["brdf"].dims == ("direction",) else 0.97)
     # Files hold decimal or single-precision numbers. RGL's are f cos(theta_r), linear between 64 samples of a cosine.
     limit = 6e-3 if target.name == "rgl" else 1e-5
     np.testing.assert_allclose(found[has], 0.5 / np.pi, rtol=limit)
@@ -83,7 +103,7 @@ def tables_with_history():
 def test_a_lobe_is_met_by_a_grid_from_its_own_width(name, tmp_path):
     done = export(tmp_path, name, GGX)
     assert done.numbers["relative_rms_error"] < 0.06
-    assert done.numbers["half_width_deg"] == pytest.approx(7.5, abs=0.5)
+    assert done.numbers["half_width_deg"] == pytest.approx(15, abs=0.5)
     proof = done.prove()
     assert proof.holds
     assert proof.error == done.numbers["relative_rms_error"]
@@ -121,14 +141,14 @@ def test_radiance_xml_is_written_for_both_sides(tmp_path):
     assert any("back of a polygon" in line for line in done.remarks)
 
 
-def test_a_table_too_far_off_is_refused_with_the_remedy_and_nothing_is_written(tmp_path):
+def test_a_table_too_far_off_is_refused_with_the_remedy_and_nothing_is_written(tmp_path, coarse_grids):
     with pytest.raises(
         ValueError, match=r"would differ from ggx by \d+.* --worst allows 10 %.*145 incident x 145"
     ) as e:
         export(tmp_path, "radiance-xml", GGX | {"width": 0.03})
     assert "--to mitsuba" in str(e.value)
     assert not list(tmp_path.iterdir())
-    done = export(tmp_path, "radiance-xml", GGX | {"width": 0.03}, worst=2.0)
+    done = export(tmp_path, "radiance-xml", GGX | {"width": 0.03}, worst=5.0)
     assert done.numbers["relative_rms_error"] > 0.1
 
 
@@ -140,7 +160,7 @@ def test_a_finer_grid_is_tried_before_a_refusal(tmp_path):
 
 
 def several(by, labels):
-    one = of_model(catalogue["ggx"], GGX | {"width": 0.2}).values
+    one = of_model(catalogue["ggx"], GGX | {"width": 0.5}).values
     return Subject(catalogue["ggx"], {v: dict(one) | {"rho_d": 0.1 * (k + 1)} for k, v in enumerate(labels)}, by)
 
 
@@ -158,7 +178,7 @@ def several(by, labels):
         ("radiance-xml", "channel", ("X", "Y", "Z")),
     ],
 )
-def test_sets_are_kept_where_the_format_has_them(name, by, labels, tmp_path, monkeypatch):
+def test_sets_are_kept_where_the_format_has_them(name, by, labels, tmp_path, monkeypatch, coarse_grids, short_lists):
     monkeypatch.setattr("gonio.formats.rgl.layout.SIZE", 32)
     subject = several(by, labels)
     target = targets()[name]
@@ -199,7 +219,7 @@ def test_a_grey_model_stands_in_every_channel_of_a_format_of_colours(tmp_path):
     assert any("ends at 75 deg" in line for line in done.remarks)
 
 
-def test_a_table_that_was_changed_is_no_proof(tmp_path):
+def test_a_table_that_was_changed_is_no_proof(tmp_path, short_lists):
     done = export(tmp_path, "tidy-csv", GGX | {"width": 0.4})
     text = done.files[0].read_text().splitlines()
     head = next(k for k, line in enumerate(text) if line.startswith("theta_i"))

@@ -19,7 +19,7 @@ from gonio.exporting.targets.zemax import SIZE, scattered
 
 needs_compiler = pytest.mark.skipif(not compiler(), reason="no C compiler is installed")
 WINDOWS = shutil.which("x86_64-w64-mingw32-gcc")
-N = 100_000
+N = 30_000
 # A false alarm in a thousand runs, were the seeds not fixed.
 LEVEL = 1e-3
 # A lobe with a sampler of its own, one that loses light below the horizon, several lobes, and a term without a sampler.

@@ -57,17 +57,17 @@ def test_in_plane_the_degree_is_fresnels_at_the_mirror_direction():
 
 @pytest.mark.parametrize("states", [("s", "p"), (">s", ">p", ">1 0 1 0")])
 def test_its_uncertainty_is_the_scatter_of_repeated_measurements(states):
-    """500 runs: the scatter of one is known to 3 %, the largest of 45 to 4 standard deviations of that, 13 %."""
+    """120 runs: the scatter of one is known to 6.5 %, the largest of 45 to 4 standard deviations of that, 26 %."""
     true = scan_of(GLASS, states, noise=0.02)
     rng = np.random.default_rng(1)
     exact = scan_of(GLASS, states)["brdf"].values
     runs = []
-    for _ in range(500):
+    for _ in range(120):
         noisy = exact + true["uncertainty"].values * rng.standard_normal(len(exact))
         runs.append(dolp(true.assign(brdf=("direction", noisy, true["brdf"].attrs)))["brdf"].values)
     stated = dolp(true.assign(brdf=("direction", exact, true["brdf"].attrs)))["uncertainty"].values
     above = np.abs(dolp(scan_of(GLASS, states))["brdf"].values) > 5 * stated  # where a root is no bias
-    np.testing.assert_allclose(np.std(runs, axis=0)[above], stated[above], rtol=0.13)
+    np.testing.assert_allclose(np.std(runs, axis=0)[above], stated[above], rtol=0.26)
 
 
 def test_a_scale_that_all_readings_share_leaves_it_as_it_is_and_an_error_of_one_state_does_not():

@@ -12,11 +12,14 @@ from gonio.measured.causes import with_causes
 from gonio.measured.stack import one_scan
 
 pytest.importorskip("jax", reason="the extra `batch` is not installed")
+# Two layouts of fits, with a weight of each point, are compiled: by one process, once.
+pytestmark = pytest.mark.xdist_group("systematic")
 
 GGX = catalogue["ggx"]
 TRUTH = {"rho_s": 0.3, "rho_d": 0.2, "width": 0.25, "index": 1.5, "extinction": 0.0}
 HELD = {"index": 1.5, "extinction": 0.0}
 ALIKE = 1e-6  # of the largest shift by a cause
+AT_MINIMUM = 1e-5  # exact at the minimum, which a search meets to some 1e-6 of a value
 SEARCHED = 1e-4  # two searches end at one minimum to some 1e-6 of a value
 
 
@@ -40,9 +43,9 @@ def stacked(some):
 @pytest.mark.parametrize(
     ("weighting", "options"),
     [
-        ("log", {}),
+        ("uncertainty", {}),
         # the bounds hold the width of some lanes, which no cause then moves
-        ("uncertainty", {"grouped": {"rho_s": "theta_i"}, "bounds": {"width": (0.01, 0.22)}}),
+        ("log", {"grouped": {"rho_s": "theta_i"}, "bounds": {"width": (0.01, 0.22)}}),
     ],
 )
 def test_every_cause_moves_the_values_as_in_a_fit_of_one_scan(weighting, options):
@@ -66,11 +69,11 @@ def test_every_cause_moves_the_values_as_in_a_fit_of_one_scan(weighting, options
 
 def test_a_common_factor_moves_the_weights_by_it_and_no_width():
     stack = stacked(scans())
-    fits = fit_many(Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uniform"), stack)
+    fits = fit_many(Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uncertainty"), stack)
     by = fits["shift_by_cause"].sel(cause="filter").isel(sample=1)
     for name in ("rho_s", "rho_d"):
         value = fits["value"].isel(sample=1).sel(parameter=name)
-        assert float(by.sel(parameter=name)) == pytest.approx(0.04 * float(value), rel=ALIKE)
+        assert float(by.sel(parameter=name)) == pytest.approx(0.04 * float(value), rel=AT_MINIMUM)
     assert abs(float(by.sel(parameter="width"))) < 1e-7
 
 
@@ -80,9 +83,9 @@ def test_a_total_alone_is_one_cause_and_gaps_take_no_part():
     some[1]["uncertainty_systematic"].values[3] = np.nan
     some[2]["uncertainty_systematic"].values[3] = np.nan  # of a value in use
     stack = stacked(some)
-    fits = fit_many(Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uniform"), stack)
+    fits = fit_many(Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uncertainty"), stack)
     for k in (0, 1):
-        alone = fit(Problem(GGX, some[k], held=HELD, weighting="uniform"))
+        alone = fit(Problem(GGX, some[k], held=HELD, weighting="uncertainty"))
         found = fits["uncertainty_systematic"].isel(sample=k).values
         np.testing.assert_allclose(found, alone.dataset["uncertainty_systematic"].values, rtol=SEARCHED)
     assert np.isnan(fits["uncertainty_systematic"].isel(sample=2).values).all()
@@ -91,7 +94,7 @@ def test_a_total_alone_is_one_cause_and_gaps_take_no_part():
 
 def test_a_stack_that_states_none_has_none():
     stack = stacked(scans())
-    problem = Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uniform")
+    problem = Problem(GGX, one_scan(stack, ("sample",)), held=HELD, weighting="uncertainty")
     plain = fit_many(problem, stack.drop_vars(["systematic", "cause", "uncertainty_systematic"]))
     assert "shift_by_cause" not in plain
     assert "cause" not in plain.coords

@@ -29,13 +29,14 @@ def function_of(subject):
     return module["run"]
 
 
-@pytest.mark.parametrize("name", [n for n in catalogue if n not in QUADRATURES])
+@pytest.mark.parametrize("name", catalogue)
 def test_numbers_of_python_give_what_the_model_gives(name):
     model = catalogue[name]
     subject = of_model(model, dict.fromkeys(model.weights, 0.5))
     run = function_of(subject)
     geometry = pairs()
     expected = np.asarray(subject.brdf(geometry))
-    rows = np.stack(np.broadcast_arrays(*geometry), axis=-1)[:60].tolist()
+    some = slice(0, 60, 12 if name in QUADRATURES else 1)  # a sum of thousands takes Python a tenth of a second
+    rows = np.stack(np.broadcast_arrays(*geometry), axis=-1)[some].tolist()
     found = [run({**subject.values, **dict(zip((*INCIDENCE, *REFLECTION), row, strict=True))}) for row in rows]
-    np.testing.assert_allclose(found, expected[:60], rtol=LITERALS, atol=1e-12 * np.max(expected))
+    np.testing.assert_allclose(found, expected[some], rtol=LITERALS, atol=1e-12 * np.max(expected))

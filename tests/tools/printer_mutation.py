@@ -25,6 +25,7 @@ import random
 import sys
 import tempfile
 import time
+import traceback
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
@@ -178,7 +179,10 @@ def texts() -> str:
                     out += [*writer.stage(stage), *writer.results(stage)]
                 except NotImplementedError:  # a language without loops
                     out.append(f"no loop for {name}")
-        out += writer.shared()
+        try:
+            out += writer.shared()
+        except NotImplementedError:  # a language without arrays
+            out.append("no arrays")
     return " ".join("\n".join(out).split())
 
 
@@ -349,13 +353,18 @@ def _baseline() -> str:
     """What is printed without a change, made in a fork so that this process imports none of it."""
     read, write = os.pipe()
     if (child := os.fork()) == 0:
-        with os.fdopen(write, "w", encoding="utf-8") as out:
-            out.write(texts())
+        try:
+            with os.fdopen(write, "w", encoding="utf-8") as out:
+                out.write(texts())
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
         os._exit(0)
     os.close(write)
     with os.fdopen(read, encoding="utf-8") as text:
         found = text.read()
-    os.waitpid(child, 0)
+    if os.waitpid(child, 0)[1] or not found:
+        raise SystemExit("nothing is printed without a change")
     return found
 
 

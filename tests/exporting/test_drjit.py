@@ -1,5 +1,8 @@
 """Formulas printed for Dr.Jit, with plain numbers, for which Python would raise errors where arrays do not."""
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 
@@ -52,8 +55,8 @@ def test_samplers_give_what_they_give(name):
     sampler, shape = sampler_of(term), {k: p.default for k, p in declarations(term).items()}
     draw, density = function_of(draw_of(sampler, term)), function_of(density_of(sampler, term))
     arrays = {k: np.asarray(value) for k, value in shape.items()}
-    light = (0.48, -0.36, 0.8)
-    for u, v in ((0.1, 0.2), (0.4, 0.9), (0.7, 0.45), (0.95, 0.6), (0.999, 0.01)):
+    lights = ((0.48, -0.36, 0.8), (0.0, 0.0, 1.0), (0.6, 0.75, math.sqrt(1 - 0.36 - 0.5625)))
+    for light, u, v in itertools.product(lights, (0.001, 0.1, 0.4, 0.5, 0.7, 0.95, 0.999), (0.01, 0.3, 0.45, 0.9)):
         expected = np.array(sampler.draw(*map(np.asarray, (*light, u, v)), **arrays), dtype=float)
         numbers = dict(zip((*INCIDENCE, *NUMBERS), (*light, u, v), strict=True))
         np.testing.assert_allclose(draw({**shape, **numbers}), expected, atol=1e-5)

@@ -12,7 +12,7 @@ import xarray as xr
 
 from gonio.arrays import Array
 from gonio.door.binary import sha256
-from gonio.fitting.solution import Solution, some
+from gonio.fitting.solution import Solution, labels_of, some
 from gonio.geometry import Geometry
 from gonio.measured.dataset import ABSOLUTE, SETS, make_scan
 from gonio.model import Model
@@ -180,11 +180,7 @@ def _scale(unit: str, scale: float | None, name: str) -> float:
 
 def _sets(solution: Solution, select: Mapping[str, str], name: str) -> tuple[dict[str, str], str, list[str]]:
     """What is chosen of each kind of set, the one kind that is left, and its labels."""
-    known: dict[str, dict[str, None]] = {}
-    for by, group in zip(solution.dataset["by"].values, solution.dataset["group"].values, strict=True):
-        names = str(by).split(",") if by else []
-        for coordinate, label in zip(names, str(group).split(",", max(len(names) - 1, 0)), strict=False):
-            known.setdefault(coordinate, {})[label] = None
+    known = labels_of(solution)
     if unknown := [k for k in select if k not in known]:
         raise ValueError(f"{name}: has no {unknown[0]} to select; it has {', '.join(known) or 'one set alone'}")
     choice = dict(select)
@@ -192,16 +188,16 @@ def _sets(solution: Solution, select: Mapping[str, str], name: str) -> tuple[dic
         if coordinate in choice and choice[coordinate] not in labels:
             raise ValueError(f"{name}: no {coordinate} is {choice[coordinate]}; it has {some(labels)}")
         if coordinate not in choice and len(labels) == 1:
-            choice[coordinate] = next(iter(labels))
+            choice[coordinate] = labels[0]
     left = [coordinate for coordinate in known if coordinate not in choice]
     if "theta_i" in left:
         raise ValueError(
             f"{name}: has one value for each incidence angle, and a model has one for all: fit one value for all, "
-            f"or choose one angle by --select theta_i={next(iter(known['theta_i']))}"
+            f"or choose one angle by --select theta_i={known['theta_i'][0]}"
         )
     if len(left) > 1 or (left and left[0] not in SETS):
         raise ValueError(f"{name}: has a set for each {' and '.join(left)}: choose one by --select {left[0]}=VALUE")
-    return choice, left[0] if left else "", list(known[left[0]]) if left else [ONE]
+    return choice, left[0] if left else "", known[left[0]] if left else [ONE]
 
 
 def _point(choice: Mapping[str, str]) -> xr.Dataset:

@@ -334,3 +334,15 @@ def some(names: Iterable[str], most: int = 8) -> str:
     listed = list(names)
     rest = f" and {len(listed) - most} more" if len(listed) > most else ""
     return ", ".join(listed[:most]) + rest
+
+
+def labels_of(solution: Solution) -> dict[str, list[str]]:
+    """The labels of each coordinate that values of a fit are grouped by, in their order."""
+    labels: dict[str, dict[str, None]] = {}
+    for by, group in zip(
+        solution.dataset["by"].values.tolist(), solution.dataset["group"].values.tolist(), strict=True
+    ):
+        names = by.split(",") if by else []
+        for name, label in zip(names, group.split(",", max(len(names) - 1, 0)), strict=False):
+            labels.setdefault(name, {})[label] = None
+    return {name: list(found) for name, found in labels.items()}

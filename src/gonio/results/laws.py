@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.solution import Solution
+from gonio.fitting.solution import Solution, labels_of
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.plausibility import Verdict, energy, positivity, reciprocity
@@ -32,18 +32,6 @@ def of_fit(solution: Solution) -> dict[str, list[Verdict]]:
         ", ".join(f"{k} {v}" for k, v in one.items()): laws(partial(fitted, solution, one), solution.unit, angles)
         for one in combinations
     }
-
-
-def labels_of(solution: Solution) -> dict[str, list[str]]:
-    """The labels of each coordinate that values of a fit are grouped by, in their order."""
-    labels: dict[str, dict[str, None]] = {}
-    for by, group in zip(
-        solution.dataset["by"].values.tolist(), solution.dataset["group"].values.tolist(), strict=True
-    ):
-        names = by.split(",") if by else []
-        for name, label in zip(names, group.split(",", max(len(names) - 1, 0)), strict=False):
-            labels.setdefault(name, {})[label] = None
-    return {name: list(found) for name, found in labels.items()}
 
 
 def fitted(solution: Solution, one: Mapping[str, str], geometry: Geometry) -> Values:

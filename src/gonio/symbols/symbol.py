@@ -4,7 +4,6 @@ A Symbol has a shape and broadcasts as arrays do, so that a model cannot tell it
 """
 
 import itertools
-import math
 from collections.abc import Iterable
 from types import ModuleType
 from typing import Any, ClassVar
@@ -226,8 +225,3 @@ def _flat(value: Any) -> Iterable[float]:
     if isinstance(value, list | tuple):
         return itertools.chain.from_iterable(map(_flat, value))
     return (float(value),)
-
-
-def shape_of(values: Iterable[Symbol]) -> tuple[int, ...]:
-    """The shape to which Symbols broadcast."""
-    return Symbol(constant(math.nan), _broadcast(list(values))[1]).shape

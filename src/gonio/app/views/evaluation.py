@@ -8,14 +8,13 @@ from typing import Any, Union
 import numpy as np
 
 from gonio.app import output
-from gonio.fitting.solution import Solution, some
+from gonio.fitting.solution import Solution, labels_of, some
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
 from gonio.models.publications import Published
 from gonio.models.publications import published as surfaces
 from gonio.polarisation import angle_of_linear_polarisation, degree_of_linear_polarisation, reflected
-from gonio.results.laws import labels_of
 from gonio.units import unit_label
 
 Place = tuple[float, float, float]

@@ -46,11 +46,6 @@ class GLSL(Shading):
         """A variable of the block."""
         return f"{'bool' if boolean else 'float'} {name} = {value};"
 
-    def loop(self, total: str, index: str, size: int, inside: Sequence[str], added: str) -> list[str]:
-        """A for loop."""
-        body = [f"{self.indent}{line}" for line in (*inside, f"{total} += {added};")]
-        return [f"float {total} = 0.0;", f"for (int {index} = 0; {index} < {size}; ++{index}) {{", *body, "}"]
-
     def table(self, name: str, numbers: Sequence[float]) -> list[str]:
         """A constant array of the shader."""
         content = rows(numbers, self)

@@ -45,11 +45,6 @@ class OSL(Shading):
         """A variable."""
         return f"{'int' if boolean else 'float'} {name} = {value};"
 
-    def loop(self, total: str, index: str, size: int, inside: Sequence[str], added: str) -> list[str]:
-        """A for loop."""
-        body = [f"{self.indent}{line}" for line in (*inside, f"{total} += {added};")]
-        return [f"float {total} = 0.0;", f"for (int {index} = 0; {index} < {size}; ++{index}) {{", *body, "}"]
-
     def table(self, name: str, numbers: Sequence[float]) -> list[str]:
         """An array of a function."""
         content = rows(numbers, self)

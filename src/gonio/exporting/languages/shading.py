@@ -15,6 +15,11 @@ class Shading(Single):
 
     tables_are_local = False  # whether a constant array can only stand in a function
 
+    def loop(self, total: str, index: str, size: int, inside: Sequence[str], added: str) -> list[str]:
+        """A for loop."""
+        body = [f"{self.indent}{line}" for line in (*inside, f"{total} += {added};")]
+        return [f"float {total} = 0.0;", f"for (int {index} = 0; {index} < {size}; ++{index}) {{", *body, "}"]
+
     @abstractmethod
     def gives_number(self, name: str, arguments: Arguments, inside: Sequence[str], result: str) -> list[str]:
         """A function that gives one number."""

@@ -5,6 +5,7 @@ closed by a sum: printed, it is a loop. A stack holds one expression for each pl
 Mueller matrix, and is never printed: an index picks one of them.
 """
 
+import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -78,7 +79,7 @@ class Node:
     args: tuple["Node", ...]
     value: object
     axes: frozenset[Axis]
-    order: int  # a node comes after its arguments
+    order: bytes  # follows from the expression alone, so that a model is printed alike whatever was traced before it
 
     def __repr__(self) -> str:
         """The expression as calls, which is long for a whole model."""
@@ -92,7 +93,6 @@ class Node:
 
 
 _nodes: WeakValueDictionary[Key, Node] = WeakValueDictionary()
-_orders = itertools.count()
 
 
 def _node(op: str, args: tuple[Node, ...] = (), value: object = None, closed: tuple[Axis, ...] = ()) -> Node:
@@ -107,7 +107,8 @@ def _node(op: str, args: tuple[Node, ...] = (), value: object = None, closed: tu
         dropped = () if op == "stack" else closed
         found.op, found.args, found.value = op, args, value
         found.axes = frozenset().union(own, *(a.axes for a in args)) - frozenset(dropped)
-        found.order = next(_orders)
+        content = repr((op, value, *(a.order for a in args)))
+        found.order = hashlib.blake2b(content.encode(), digest_size=16).digest()
         _nodes[key] = found
     return found
 

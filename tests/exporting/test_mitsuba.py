@@ -96,7 +96,7 @@ def test_lobes_are_drawn_as_gonio_draws_them(name, tmp_path):
 
 @pytest.mark.parametrize(
     ("printed", "changed"),
-    [("return rho_s", "return 1.01 * rho_s"), ("/ 2.0", "/ 2.001"), ("'rho_s': [0.3]", "'rho_s': [0.31]")],
+    [("return term_rho_s", "return 1.01 * term_rho_s"), ("/ 2.0", "/ 2.001"), ("'rho_s': [0.3]", "'rho_s': [0.31]")],
 )
 def test_a_changed_file_is_not_proved(printed, changed, tmp_path):
     done, text = written("ggx", tmp_path)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 import samples
+from browser import browser
 from gonio import published, simulate
 from gonio.formats import recognise
 from gonio.models import catalogue
@@ -76,3 +77,10 @@ def shared_cases() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no cases at {folder}")
     return folder
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """A browser for one module: while it is open, nothing else of its process can have an event loop."""
+    with browser() as opened:
+        yield opened

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 import gonio
-from browser import browser
 from gonio.fitting import ProblemOptions
 from places import ROOT, loaded
 
@@ -133,17 +132,16 @@ def test_scripts_of_the_gallery_are_short():
         assert len(code) <= 30, f"{path.name} has {len(code)} lines of code"
 
 
-def test_a_reader_sees_it_without_network_on_a_telephone_and_on_a_desk(site):
-    with browser() as opened:
-        for width in (360, 1280):
-            page = opened.new_page(viewport={"width": width, "height": 800})
-            asked, wrong = [], []
-            page.on("request", lambda request, asked=asked: asked.append(request.url))
-            page.on("console", lambda said, wrong=wrong: wrong.append(said.text) if said.type == "error" else None)
-            page.on("pageerror", lambda error, wrong=wrong: wrong.append(str(error)))
-            for name in LOOKED_AT:
-                page.goto((site / f"{name}.html").as_uri())
-                wide = page.evaluate("document.documentElement.scrollWidth")
-                assert (name, wide, wrong) == (name, width, [])
-            assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
-            assert asked
+def test_a_reader_sees_it_without_network_on_a_telephone_and_on_a_desk(site, chromium):
+    for width in (360, 1280):
+        page = chromium.new_page(viewport={"width": width, "height": 800})
+        asked, wrong = [], []
+        page.on("request", lambda request, asked=asked: asked.append(request.url))
+        page.on("console", lambda said, wrong=wrong: wrong.append(said.text) if said.type == "error" else None)
+        page.on("pageerror", lambda error, wrong=wrong: wrong.append(str(error)))
+        for name in LOOKED_AT:
+            page.goto((site / f"{name}.html").as_uri())
+            wide = page.evaluate("document.documentElement.scrollWidth")
+            assert (name, wide, wrong) == (name, width, [])
+        assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+        assert asked

@@ -5,19 +5,12 @@ import subprocess
 
 import pytest
 
-from browser import browser
 from report.conftest import KINDS
 
 pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
 A4 = 297.0  # mm
 MARGINS = 34.0  # mm, above and below together
 MM = 96 / 25.4  # pixels
-
-
-@pytest.fixture(scope="session")
-def chromium():
-    with browser() as opened:
-        yield opened
 
 
 @pytest.fixture

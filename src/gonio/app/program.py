@@ -19,7 +19,7 @@ from gonio.options import Panel
 
 # The commands in the order of a day's work; each is a file of that name in `commands`.
 GROUPS = {
-    "Measurements and fits": ("info", "fit", "compare", "plot", "check", "report", "stack", "fit-stack"),
+    "Measurements and fits": ("info", "fit", "compare", "plot", "view", "check", "report", "stack", "fit-stack"),
     "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
     "Files": ("import", "convert", "export", "diff", "reduce", "fetch", "sample", "formats"),
     "Models": ("models", "eval", "draw", "materials", "demo"),

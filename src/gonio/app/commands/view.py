@@ -1,0 +1,120 @@
+"""`gonio view`: scans and fits on a page that answers at once."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import typer
+
+from gonio import catalogue
+from gonio.app import names
+from gonio.app.help_page import Example
+from gonio.app.model_options import ValueOptions
+from gonio.app.options import Force, ScanOptions, Scans
+from gonio.app.output import Plain, show
+from gonio.app.views import contents
+from gonio.files import refuse_existing, replacing
+from gonio.fitting.solution import Solution
+from gonio.options import Option, Panel
+from gonio.outside import nearest
+from gonio.reporting.entry import SOLUTION_FILE
+
+if TYPE_CHECKING:
+    from gonio.viewing.session import Opened, Session
+
+EXAMPLES = (
+    Example("gonio view scan.csv", "Open the scan in a browser, with a model whose sliders move its curve"),
+    Example("gonio view scan.csv --solution results", "The same with a fit, its band and its uncertainties"),
+    Example("gonio view results --out page.html", "One file that opens anywhere, without gonio"),
+    Example("gonio view --diff before.csv after.csv", "Two scans, and how they differ"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewOptions:
+    """What is shown, and how the page is served."""
+
+    PANEL: ClassVar = Panel.OUTPUT
+    solution: Annotated[
+        tuple[str, ...],
+        Option("a fit of the scan: solution.nc or its folder", metavar="FILE", panel=Panel.MODEL),
+    ] = ()
+    model: Annotated[str, Option("the model to begin with", metavar="MODEL", panel=Panel.MODEL, names=names.models)] = (
+        ""
+    )
+    diff: Annotated[bool, Option("show how the first two files differ", panel=Panel.DATA)] = False
+    out: Annotated[str, Option("write the page to a file instead of serving it", metavar="PAGE.html")] = ""
+    no_browser: Annotated[bool, Option("print the address, and open no browser")] = False
+    port: Annotated[int, Option("the port to listen at; without it one that is free", metavar="N", lowest=0)] = 0
+    force: Force = False
+
+
+def command(files: Scans, view: ViewOptions, values: ValueOptions, used: ScanOptions) -> None:
+    """Look at scans and fits on a page: sliders, curves, hemispheres.
+
+    The page is served to this machine alone, and needs no network. It ends with Ctrl-C.
+    """
+    session = _session(files, view, values, used)
+    if view.out:
+        _write(session, view)
+        return
+    from gonio.viewing.serving.running import serve
+
+    def ready(address: str) -> None:
+        show(Plain(address))
+        if not view.no_browser:
+            typer.launch(address)
+
+    serve(session, view.port, ready)
+
+
+def _write(session: "Session", view: ViewOptions) -> None:
+    from gonio.viewing.assembled import in_one_file
+
+    path = Path(view.out)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
+    refuse_existing(path, view.force)
+    with replacing(path) as temporary:
+        temporary.write_text(in_one_file(session, session.needed()), encoding="utf-8")
+    show(f"wrote {path}")
+
+
+def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: ScanOptions) -> "Session":
+    from gonio.viewing.session import FIRST, Session
+
+    if view.model and view.model not in catalogue:
+        raise ValueError(f"{view.model}: there is no such model; {nearest(view.model, catalogue)}")
+    opened = [_opened(path, used) for path in files]
+    for name in view.solution:
+        solution = contents.fit_in(_file_of(Path(name)))
+        if solution is None:
+            raise ValueError(f"{name}: holds no fit: give what gonio fit --out writes")
+        opened[0].fits[_called(Path(name))] = solution
+    if view.diff and len(opened) < 2:
+        raise ValueError("--diff compares two files: name both")
+    pair = (0, 1) if view.diff else ()
+    return Session(
+        opened, model=view.model or FIRST, values=values.values(), pair=pair, begin_with_model=bool(view.model)
+    )
+
+
+def _opened(path: Path, used: ScanOptions) -> "Opened":
+    from gonio.viewing.session import Opened
+
+    solution: Solution | None = contents.fit_in(_file_of(path))
+    if solution is None:
+        return Opened(path.name, used.read(path))
+    used.refuse_for(path, "a fit")
+    if not solution.has_scan:
+        raise ValueError(f"{path}: holds a fit without its scan: give the scan, and the fit by --solution")
+    return Opened(path.name, solution.scan, {_called(path): solution})
+
+
+def _called(path: Path) -> str:
+    return path.parent.name or path.name if path.name == SOLUTION_FILE else path.name
+
+
+def _file_of(path: Path) -> Path:
+    """The fit in a folder that `gonio fit --out` wrote, or the path itself."""
+    return path / SOLUTION_FILE if (path / SOLUTION_FILE).is_file() else path

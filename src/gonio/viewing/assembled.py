@@ -1,0 +1,95 @@
+"""The page put together: of files that a server hands out, or all in one file."""
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+from gonio.viewing.described import module, shader
+from gonio.viewing.session import Session
+
+STYLES = ("vendor/uplot.css", "style.css")
+TYPES = {".js": "text/javascript", ".css": "text/css"}
+# In one file a page asks nobody for anything: its scripts and styles are those that it holds.
+ALONE = (
+    "default-src 'none'; script-src 'unsafe-inline' data: blob:; style-src 'unsafe-inline'; img-src data: blob:; "
+    "connect-src 'none'; base-uri 'none'; form-action 'none'"
+)
+
+
+@cache
+def parts() -> Mapping[str, bytes]:
+    """The files of the page but index.html, by the name under which they are asked for."""
+    root = files("gonio.viewing").joinpath("page")
+    named = {f"{folder}{one.name}": one for folder, one in (*_in(root, ""), *_in(root.joinpath("vendor"), "vendor/"))}
+    return {name: one.read_bytes() for name, one in sorted(named.items()) if _suffix(name) in TYPES}
+
+
+def _in(folder: Traversable, prefix: str) -> list[tuple[str, Traversable]]:
+    return [(prefix, one) for one in folder.iterdir() if one.is_file()]
+
+
+def _suffix(name: str) -> str:
+    return name[name.rfind(".") :]
+
+
+def _scripts() -> list[str]:
+    return [name for name in parts() if name.endswith(".js")]
+
+
+@cache
+def served() -> tuple[str, str]:
+    """The page of a server, and its Content-Security-Policy."""
+    imports = {f"gonio/{name}": f"/page/{name}" for name in _scripts()} | {"model/": "/api/model/"}
+    text = _import_map(imports)
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    styles = "\n".join(f'<link rel="stylesheet" href="/page/{name}">' for name in STYLES)
+    scripts = f'<script type="importmap">{text}</script>\n<script type="module" src="/page/app.js"></script>'
+    policy = (
+        f"default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self'; img-src 'self' data: blob:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return _filled(styles, scripts), policy
+
+
+def in_one_file(session: Session, models: list[str]) -> str:
+    """The page with all that it needs: scans, fits, and the models that are named."""
+    known = [session.models[name] for name in models]
+    held = {
+        "session": session.described() | {"models": [m for m in session.described()["models"] if m["name"] in models]},
+        "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
+        "shaders": {model.name: shader(model) for model in known},
+    }
+    imports = {f"gonio/{name}": _data(parts()[name]) for name in _scripts()}
+    imports |= {f"model/{model.name}.js": _data(module(model).encode()) for model in known}
+    styles = "\n".join(f"<style>\n{parts()[name].decode()}</style>" for name in STYLES)
+    scripts = "\n".join(
+        [
+            f'<meta http-equiv="Content-Security-Policy" content="{ALONE}">',
+            f'<script type="application/json" id="gonio-held">{_inside(json.dumps(held))}</script>',
+            f'<script type="importmap">{_import_map(imports)}</script>',
+            '<script type="module">import "gonio/app.js";</script>',
+        ]
+    )
+    return _filled(styles, scripts)
+
+
+def _filled(styles: str, scripts: str) -> str:
+    page = files("gonio.viewing").joinpath("page", "index.html").read_text(encoding="utf-8")
+    return page.replace("<!-- styles -->", styles).replace("<!-- scripts -->", scripts)
+
+
+def _import_map(imports: Mapping[str, str]) -> str:
+    return _inside(json.dumps({"imports": imports}))
+
+
+def _inside(text: str) -> str:
+    """JSON that no text in it can end: the characters that HTML reads are written as numbers."""
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _data(script: bytes) -> str:
+    return "data:text/javascript;base64," + base64.b64encode(script).decode()

@@ -1,0 +1,161 @@
+// The left side: which scan, which model, and a slider for every parameter.
+
+import { choice, element } from "gonio/elements.js";
+import { blockLabel, number, printable, symbol, unitOf } from "gonio/words.js";
+
+const STEPS = 1000; // of a slider
+
+export function mount(root, store, actions) {
+  const data = element("section", { className: "data" }, element("h2", {}, "Data"));
+  const model = element("section", { className: "model" }, element("h2", {}, "Model"));
+  root.append(data, model);
+  let rows = [];
+
+  function rebuild(state) {
+    showData(state);
+    showModel(state);
+  }
+
+  function showData(state) {
+    const set = state.sets[state.set];
+    const names = state.sets.map((one, k) => [String(k), printable(one.name)]);
+    data.replaceChildren(data.firstChild);
+    if (names.length > 1) data.append(choice("scan", names, String(state.set), (k) => actions.chooseSet(Number(k))));
+    else data.append(element("p", { className: "name" }, printable(set.name)));
+    const masked = set.masked ? `, ${set.masked} masked` : "";
+    data.append(element("p", { className: "note" }, `${set.total} ${set.origin} values${masked}, ${set.unit_label}`));
+    if (set.relative) data.append(element("p", { className: "note" }, "Relative: it says nothing about energy."));
+    if (set.blocks.length > 1) data.append(blocks(state, set));
+    for (const { severity, text } of set.findings ?? []) data.append(element("p", { className: severity }, printable(text)));
+  }
+
+  function blocks(state, set) {
+    if (set.by.length === 1 && set.by[0] === "wavelength") {
+      const out = element("output", {}, blockLabel(set, state.block));
+      const input = element("input", { type: "range", min: 0, max: set.blocks.length - 1, step: 1, value: state.block });
+      input.ariaValueText = blockLabel(set, state.block);
+      input.addEventListener("input", () => {
+        out.textContent = input.ariaValueText = blockLabel(set, Number(input.value));
+        actions.chooseBlock(Number(input.value));
+      });
+      return element("label", { className: "choice" }, element("span", {}, "wavelength"), input, out);
+    }
+    const options = set.blocks.map((_, k) => [String(k), blockLabel(set, k)]);
+    return choice(set.by.join(", "), options, String(state.block), (k) => actions.chooseBlock(Number(k)));
+  }
+
+  function showModel(state) {
+    const { fits } = state.sets[state.set];
+    model.replaceChildren(model.firstChild);
+    const chosen = state.fit ? `fit ${state.fitName}` : `model ${state.model.declaration.name}`;
+    const options = [
+      ...Object.entries(fits).map(([name, fit]) => [`fit ${name}`, `fit: ${printable(name)} (${fit.model})`]),
+      ...state.models.map(({ name, title }) => [`model ${name}`, `${name}: ${title}`]),
+    ];
+    model.append(choice("model", options, chosen, (value) => actions.chooseModel(...split(value))));
+    const { violates } = state.model.declaration;
+    if (violates.length) model.append(element("p", { className: "note" }, `It violates: ${violates.join(", ")}.`));
+    rows = state.model.declaration.parameters.map((_, k) => row(state, k));
+    model.append(element("div", { className: "parameters" }, element("p", { className: "held" }, "hold"), ...rows.map(({ box }) => box)), buttons(state));
+  }
+
+  function buttons(state) {
+    const follow = element("input", { type: "checkbox", checked: state.follow });
+    follow.addEventListener("change", () => actions.follow(follow.checked));
+    const button = (text, title, act) => {
+      const made = element("button", { type: "button", title }, text);
+      made.addEventListener("click", act);
+      return made;
+    };
+    return element(
+      "div",
+      { className: "buttons" },
+      element("label", {}, follow, element("span", {}, "weights follow the shape")),
+      button("Best weights", "Exact weights for this shape (w)", () => actions.snap()),
+      button("Reset", "Back to the first values (r)", () => actions.reset()),
+    );
+  }
+
+  // The slider of one parameter: a name, a track with the fit and its uncertainty, a number, a lock.
+  function row(state, k) {
+    const parameter = state.model.declaration.parameters[k];
+    const id = `parameter-${parameter.name}`;
+    const scale = scaleOf(parameter, state, k);
+    const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, id, title: parameter.help });
+    const entry = element("input", { type: "text", inputMode: "decimal", className: "number", size: 8 });
+    entry.ariaLabel = `${parameter.name}, a number`;
+    const lock = element("input", { type: "checkbox", title: "Hold it where it is: fits and best weights leave it" });
+    lock.ariaLabel = `hold ${parameter.name} where it is`;
+    const label = element("label", { htmlFor: id, title: parameter.help }, symbol(parameter.name));
+    const tick = element("span", { className: "tick", ariaHidden: "true" });
+    const unit = element("span", { className: "unit" }, unitOf(parameter, state.sets[state.set]));
+    const track = element("span", { className: "track" }, slider, tick);
+    const box = element("div", { className: "parameter" }, label, track, entry, unit, lock);
+
+    slider.addEventListener("input", () => actions.move(k, scale.value(Number(slider.value))));
+    slider.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 10, ArrowUp: 10, ArrowLeft: -10, ArrowDown: -10 }[event.key];
+      if (!step || !event.shiftKey) return;
+      event.preventDefault();
+      slider.value = Number(slider.value) + step;
+      actions.move(k, scale.value(Number(slider.value)));
+    });
+    entry.addEventListener("change", () => {
+      const asked = Number(entry.value.replace("−", "-").replace(",", "."));
+      const wrong = actions.refused(k, asked);
+      entry.setCustomValidity(wrong);
+      entry.reportValidity();
+      if (!wrong) actions.move(k, asked);
+    });
+    lock.addEventListener("change", () => actions.lock(k));
+
+    function show(now) {
+      const value = now.values[k][now.groups[k][now.cell]];
+      slider.value = scale.place(value);
+      slider.ariaValueText = `${number(value)} ${unit.textContent}`.trim();
+      entry.value = number(value);
+      lock.checked = now.locked.has(k);
+      const own = now.fit?.parameters[k];
+      const group = now.groups[k][now.cell];
+      tick.hidden = !own;
+      if (own) {
+        const u = own.uncertainty[group] ?? 0;
+        const ends = [own.values[group] - u, own.values[group] + u].map((v) => (100 * scale.place(v)) / STEPS);
+        tick.style.setProperty("--from", `${ends[0]}%`);
+        tick.style.setProperty("--to", `${ends[1]}%`);
+        tick.title = `fit: ${number(own.values[group])} ± ${number(own.uncertainty[group], 2)}`;
+      }
+    }
+    return { box, show };
+  }
+
+  store.watch(["set", "block", "model", "fit", "sets", "ranges"], rebuild);
+  store.watch(["set", "block", "model", "fit", "values", "cell", "locked", "follow", "ranges"], (state) => {
+    for (const { show } of rows) show(state);
+  });
+}
+
+function split(text) {
+  const space = text.indexOf(" ");
+  return [text.slice(0, space), text.slice(space + 1)];
+}
+
+// Between places of a slider and values: by ratios where the bounds are far apart, else evenly.
+function scaleOf(parameter, state, k) {
+  const lower = parameter.lower;
+  const upper = parameter.upper ?? state.ranges[k] ?? 1;
+  const clamp = (place) => Math.min(Math.max(place, 0), STEPS);
+  if (parameter.wide) {
+    const range = Math.log(upper / lower);
+    return {
+      value: (place) => tidy(lower * Math.exp((range * place) / STEPS), lower, upper),
+      place: (value) => clamp((STEPS * Math.log(Math.max(value, lower) / lower)) / range),
+    };
+  }
+  return {
+    value: (place) => tidy(lower + ((upper - lower) * place) / STEPS, lower, upper),
+    place: (value) => clamp((STEPS * (value - lower)) / (upper - lower)),
+  };
+}
+
+const tidy = (value, lower, upper) => Math.min(Math.max(Number(value.toPrecision(5)), lower), upper);

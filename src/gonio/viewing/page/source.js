@@ -1,0 +1,53 @@
+// Where scans and models come from: a server, or the page itself where it was written to one file.
+
+const held = document.getElementById("gonio-held");
+const inside = held ? JSON.parse(held.textContent) : null;
+
+// Whether a server answers, which fits and exports.
+export const served = !inside;
+
+async function asked(path, options) {
+  const answer = await fetch(path, options);
+  if (!answer.ok) {
+    const said = await answer.json().catch(() => ({}));
+    throw new Error(said.error || `${path}: the server answers ${answer.status}`);
+  }
+  return answer;
+}
+
+export async function session() {
+  return inside ? inside.session : (await asked("/api/session")).json();
+}
+
+export async function columns(k) {
+  const bytes = inside ? unpacked(inside.columns[k]) : await (await asked(`/api/set/${k}.bin`)).arrayBuffer();
+  return decoded(bytes);
+}
+
+// The functions of a model in double precision, with its declaration.
+export function model(name) {
+  return import(`model/${name}.js`);
+}
+
+export async function shader(name) {
+  return inside ? inside.shaders[name] : (await asked(`/api/model/${name}.glsl`)).text();
+}
+
+export async function post(path, body) {
+  if (inside) throw new Error("This page is a file: gonio view opens one that can do this.");
+  const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  return asked(path, options);
+}
+
+function unpacked(text) {
+  return Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+}
+
+// A length, a header of that length, and columns of numbers.
+function decoded(bytes) {
+  const size = new DataView(bytes).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, size)));
+  const found = {};
+  for (const { name, offset, length } of header.arrays) found[name] = new Float64Array(bytes, 4 + size + offset, length);
+  return { ...header, ...found };
+}

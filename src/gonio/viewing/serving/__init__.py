@@ -1,0 +1,1 @@
+"""The page on a server of this machine alone."""

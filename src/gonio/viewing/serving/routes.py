@@ -1,0 +1,85 @@
+"""What the server answers: the page, its files, and what is shown."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from gonio.viewing.assembled import TYPES, parts, served
+from gonio.viewing.described import module, shader
+from gonio.viewing.serving.guard import Guard
+from gonio.viewing.session import Opened, Session
+
+
+def application(session: Session, token: str, port: int) -> Starlette:
+    """The server of a session; requests without its token are refused."""
+    routes = [
+        Route("/", _page),
+        Route("/page/{name:path}", _part),
+        Route("/api/session", _session),
+        Route("/api/set/{place:int}.bin", _columns),
+        Route("/api/model/{name}.js", _model(module, "text/javascript")),
+        Route("/api/model/{name}.glsl", _model(shader, "text/plain")),
+    ]
+    made = Starlette(
+        routes=routes,
+        middleware=[Middleware(Guard, token=token, port=port)],
+        exception_handlers={HTTPException: _refused, ValueError: _wrong, OSError: _wrong},
+    )
+    made.state.session = session
+    return made
+
+
+async def _page(_: Request) -> Response:
+    text, policy = served()
+    return Response(text, media_type="text/html", headers={"Content-Security-Policy": policy})
+
+
+async def _part(request: Request) -> Response:
+    name = request.path_params["name"]
+    if name not in parts():
+        raise HTTPException(404, "the page has no such file")
+    return Response(parts()[name], media_type=TYPES[name[name.rfind(".") :]])
+
+
+async def _session(request: Request) -> Response:
+    return JSONResponse(await asyncio.to_thread(request.app.state.session.described))
+
+
+async def _columns(request: Request) -> Response:
+    found = await asyncio.to_thread(lambda: opened_in(request).columns.encoded())
+    return Response(found, media_type="application/octet-stream")
+
+
+def _model(text: Callable[[Any], str], kind: str) -> Callable[[Request], Any]:
+    async def answer(request: Request) -> Response:
+        models = request.app.state.session.models
+        if (name := request.path_params["name"]) not in models:
+            raise HTTPException(404, "there is no such model")
+        return Response(await asyncio.to_thread(text, models[name]), media_type=kind)
+
+    return answer
+
+
+def opened_in(request: Request) -> Opened:
+    """The scan that a request names by its place; HTTPException 404 where there is none."""
+    opened: list[Opened] = request.app.state.session.opened
+    place = request.path_params["place"]
+    if not 0 <= place < len(opened):
+        raise HTTPException(404, "there is no such scan")
+    return opened[place]
+
+
+async def _refused(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"error": error.detail}, status_code=error.status_code)
+
+
+async def _wrong(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, status_code=422)

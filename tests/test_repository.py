@@ -16,7 +16,7 @@ from structure import arguments, circles, functions, imports, lines
 
 DEPENDENCIES = """
 array-api-compat defusedxml google-crc32c jinja2 matplotlib numcodecs numpy pooch python-calamine pyyaml rich scipy
-typer xarray zarr
+starlette typer uvicorn xarray zarr
 """
 PROMISED = """
 lambert torrance-sparrow wang-2016 liu-2016 cauchy-lorentz cauchy-lorentz-reciprocal cook-torrance
@@ -140,7 +140,7 @@ def tracked() -> list[Path]:
 
 
 def test_public_names_load_and_are_few():
-    assert len(gonio.__all__) <= 24
+    assert len(gonio.__all__) <= 27
     assert gonio.__all__ == sorted(gonio.__all__)
     for name in gonio.__all__:
         assert getattr(gonio, name) is not None

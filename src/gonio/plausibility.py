@@ -231,15 +231,23 @@ def _directions(theta_i: Sequence[float] | None, both: bool = False) -> Values:
 
     With `theta_i`, incidence angles are drawn from it, and with `both` reflection angles as well.
     """
-    from scipy.stats import qmc
-
-    unit = qmc.Halton(3, scramble=False).random(PAIRS + 1)[1:].T
+    unit = np.array([_radical_inverses(PAIRS, base) for base in (2, 3, 5)])
     angles: Values = unit * np.array([[STEEPEST], [STEEPEST], [360.0]])
     if theta_i is not None:
         choices = np.asarray(theta_i, dtype=float)
         for k in (0, 1) if both else (0,):
             angles[k] = choices[(unit[k] * len(choices)).astype(int)]
     return angles
+
+
+def _radical_inverses(count: int, base: int) -> Values:
+    """The numbers 1, 2, .. with their digits mirrored at the point: a dimension of Halton's sequence (halton1960)."""
+    numbers, out, digit = np.arange(1, count + 1), np.zeros(count), 1.0
+    while numbers.any():
+        digit /= base
+        out += digit * (numbers % base)
+        numbers = numbers // base
+    return out
 
 
 def _place(angles: Values, k: int, names: Sequence[str] = dataset.ANGLES) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import stdtrit
 
 from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
 from gonio.fitting.certainty.hold_out import SETTLED, predictions
@@ -196,10 +197,8 @@ def alike(row: Row, best: Row) -> bool | None:
     None with fewer than FEWEST_PARTS parts, which say too little about their own scatter. The parts share most of what
     was fitted, so their errors are correlated, and the interval is rather too short than too long.
     """
-    from scipy.stats import t
-
     parts = len(scored_parts(best))
     if parts < FEWEST_PARTS:
         return None
     mean, error = behind(row, best)
-    return abs(mean) <= float(t.ppf(0.975, parts - 1)) * error
+    return abs(mean) <= float(stdtrit(parts - 1, 0.975)) * error

@@ -18,8 +18,6 @@ from gonio.reporting.about import checked, read_about
 from gonio.reporting.case import Case, Known, Source
 from gonio.reporting.page import refuse_other_suffix, write
 
-SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
-
 
 def report(
     of: Solution | xr.Dataset,

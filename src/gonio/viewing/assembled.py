@@ -21,11 +21,11 @@ ALONE = (
 
 
 @cache
-def parts() -> Mapping[str, bytes]:
+def parts() -> Mapping[str, str]:
     """The files of the page but index.html, by the name under which they are asked for."""
     root = files("gonio.viewing").joinpath("page")
     named = {f"{folder}{one.name}": one for folder, one in (*_in(root, ""), *_in(root.joinpath("vendor"), "vendor/"))}
-    return {name: one.read_bytes() for name, one in sorted(named.items()) if _suffix(name) in TYPES}
+    return {name: one.read_text(encoding="utf-8") for name, one in sorted(named.items()) if _suffix(name) in TYPES}
 
 
 def _in(folder: Traversable, prefix: str) -> list[tuple[str, Traversable]]:
@@ -64,8 +64,8 @@ def in_one_file(session: Session, models: list[str]) -> str:
         "shaders": {model.name: shader(model) for model in known},
     }
     imports = {f"gonio/{name}": _data(parts()[name]) for name in _scripts()}
-    imports |= {f"model/{model.name}.js": _data(module(model).encode()) for model in known}
-    styles = "\n".join(f"<style>\n{parts()[name].decode()}</style>" for name in STYLES)
+    imports |= {f"model/{model.name}.js": _data(module(model)) for model in known}
+    styles = "\n".join(f"<style>\n{parts()[name]}</style>" for name in STYLES)
     scripts = "\n".join(
         [
             f'<meta http-equiv="Content-Security-Policy" content="{ALONE}">',
@@ -91,5 +91,5 @@ def _inside(text: str) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _data(script: bytes) -> str:
-    return "data:text/javascript;base64," + base64.b64encode(script).decode()
+def _data(script: str) -> str:
+    return "data:text/javascript;base64," + base64.b64encode(script.encode()).decode()

@@ -64,39 +64,44 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     order = order[_kept(cell[order], most)]
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
-    ends = np.append(first[1:], len(cell))
-    labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
     weighting, numbers["weight"] = _weights(scan, flat)
+    header = _header(name, scan, flat) | {
+        "total": total,
+        "masked": int(dataset.flatten(scan).sizes["direction"] - total),
+        "weighting": weighting,
+        "logarithmic": WEIGHTINGS[weighting].logarithmic,
+        "by": list(by),
+        "blocks": [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)],
+        "cells": [_cell(numbers, block, a, b) for a, b in zip(first, np.append(first[1:], len(cell)), strict=True)],
+    }
+    return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+
+
+def _header(name: str, scan: xr.Dataset, flat: xr.Dataset) -> dict[str, Any]:
+    """What the values are."""
     unit = dataset.unit(scan)
-    header = {
+    return {
         "name": name,
         "unit": unit,
         "unit_label": unit_label(unit) or "1",
         "quantity": quantity_of(scan),
         "relative": unit == dataset.RELATIVE,
         "origin": origin_word(scan),
-        "total": total,
-        "shown": len(order),
-        "masked": int(dataset.flatten(scan).sizes["direction"] - total),
-        "weighting": weighting,
-        "logarithmic": WEIGHTINGS[weighting].logarithmic,
-        "by": list(by),
-        "blocks": labels,
-        "cells": [
-            {
-                "block": int(block[a]),
-                "theta_i": float(flat["theta_i"].values[a]),
-                "phi_i": float(turned[a]),
-                "start": int(a),
-                "end": int(b),
-                "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
-            }
-            for a, b in zip(first, ends, strict=True)
-        ],
+        "shown": flat.sizes["direction"],
     }
-    return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+
+
+def _cell(numbers: dict[str, npt.NDArray[Any]], block: npt.NDArray[np.intp], a: int, b: int) -> dict[str, Any]:
+    return {
+        "block": int(block[a]),
+        "theta_i": float(numbers["theta_i"][a]),
+        "phi_i": float(numbers["phi_i"][a]),
+        "start": int(a),
+        "end": int(b),
+        "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
+    }
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:

@@ -18,11 +18,10 @@ from gonio.exporting.entry import write
 from gonio.exporting.subject import Subject, of_model, of_solution
 from gonio.exporting.target import WORST
 from gonio.fitting.solution import Solution
-from gonio.fitting.stored import is_solution
+from gonio.fitting.stored import SOLUTION_FILE, is_solution
 from gonio.models.publications import published as surfaces
 from gonio.options import Option, Panel
 from gonio.outside import nearest
-from gonio.reporting.entry import SOLUTION_FILE
 
 EXAMPLES = (
     Example("gonio export results --to mitsuba --out coating_mitsuba.py", "A fit as a BSDF plugin for Mitsuba 3"),

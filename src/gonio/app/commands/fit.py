@@ -14,6 +14,7 @@ from gonio.app.views.fit import report as fit_report
 from gonio.app.views.fit import written
 from gonio.app.views.fit.certainty import CertaintyOptions, ask
 from gonio.comparison import answer as answering
+from gonio.comparison.answer import Answer
 from gonio.comparison.ranking import problems_of, settled
 from gonio.files import filling, refuse_existing
 from gonio.fitting.certainty.outliers import scrutinise
@@ -21,9 +22,6 @@ from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
 from gonio.options import Option, Panel
 from gonio.plotting.page import Page
-from gonio.reporting.case import Case, Known
-from gonio.reporting.entry import dated, sources, with_points
-from gonio.reporting.page import write as write_report
 
 EXAMPLES = (
     Example("gonio fit scan.csv", "Which model describes the scan, how well, and how sure"),
@@ -87,10 +85,18 @@ def command(
         with filling(out, output.force) as folder:
             emit_json(record, str(folder / "fit.json"))
             written.write(fitted.page, folder, found.problem.data, row, answers)
-            known = Known(date=dated(), command=command_line(), seed=search.seed, files=sources(scans))
-            solution = with_points(row.solution, found.problem.data)
-            write_report(Case(solution, found.problem.data, known), folder / "report.html", force=True)
+            _report(scans, found, search.seed, folder / "report.html")
     which = scans[0].name if len(scans) == 1 else f"{len(scans)} scans jointly"
     output.show(record, chain(answer_report.lines(which, found), fit_report.lines(which, row, scrutiny, answers)))
     if out and output.json != "-":
         show(f"wrote {out}/")
+
+
+def _report(scans: list[Path], found: Answer, seed: int | None, path: Path) -> None:
+    """The page of the fit; what makes it is loaded for who asked for it."""
+    from gonio.reporting.case import Case, Known
+    from gonio.reporting.entry import dated, sources, with_points
+    from gonio.reporting.page import write
+
+    known = Known(date=dated(), command=command_line(), seed=seed, files=sources(scans))
+    write(Case(with_points(found.best.solution, found.problem.data), found.problem.data, known), path, force=True)

@@ -16,10 +16,11 @@ from gonio.files import refuse_existing
 from gonio.fitting.covariance_kinds import COVARIANCES, DEFAULT
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.search.solvers import SearchOptions
+from gonio.fitting.stored import SOLUTION_FILE
 from gonio.options import Option, Panel
 from gonio.reporting.about import read_about
 from gonio.reporting.case import Case, Known
-from gonio.reporting.entry import SOLUTION_FILE, dated, sources, with_points
+from gonio.reporting.entry import dated, sources, with_points
 from gonio.reporting.page import refuse_other_suffix, write
 from gonio.reporting.pdf import SUFFIX
 

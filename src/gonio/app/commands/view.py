@@ -15,9 +15,9 @@ from gonio.app.output import Plain, show
 from gonio.app.views import contents
 from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
+from gonio.fitting.stored import SOLUTION_FILE
 from gonio.options import Option, Panel
 from gonio.outside import nearest
-from gonio.reporting.entry import SOLUTION_FILE
 
 if TYPE_CHECKING:
     from gonio.viewing.session import Opened, Session

@@ -9,6 +9,8 @@ import itertools
 import numpy as np
 import numpy.typing as npt
 
+from gonio.fitting.search.sobol import sobol
+
 Values = npt.NDArray[np.float64]
 
 QUASI_RANDOM = 64  # points a dimension, where there are three shape values and more
@@ -22,10 +24,8 @@ def tried(dimensions: int, grid: int) -> tuple[Values, tuple[int, ...]]:
     of Sobol's sequence, at least QUASI_RANDOM a dimension. The same points come at every call.
     """
     if dimensions > 2:
-        from scipy.stats import qmc
-
         # the sequence fills the cube evenly at powers of two; not scrambled, it needs no random numbers
-        return qmc.Sobol(dimensions, scramble=False).random(2 ** int(np.ceil(np.log2(QUASI_RANDOM * dimensions)))), ()
+        return sobol(dimensions, int(np.ceil(np.log2(QUASI_RANDOM * dimensions)))), ()
     axis = np.linspace(0.0, 1.0, grid if dimensions == 2 else ON_A_LINE * grid)
     form = (len(axis),) * dimensions
     points = np.array(list(itertools.product(axis, repeat=dimensions)))

@@ -93,7 +93,7 @@ def _header(name: str, scan: xr.Dataset, flat: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _cell(numbers: dict[str, npt.NDArray[Any]], block: npt.NDArray[np.intp], a: int, b: int) -> dict[str, Any]:
+def _cell(numbers: dict[str, npt.NDArray[Any]], block: npt.NDArray[np.intp], a: Any, b: Any) -> dict[str, Any]:
     return {
         "block": int(block[a]),
         "theta_i": float(numbers["theta_i"][a]),

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.solution import Solution, labels_of, some
+from gonio.fitting.certainty.sets import mixture
+from gonio.fitting.solution import Solution
 from gonio.geometry import Geometry
 from gonio.measured import dataset
 from gonio.model import Model
@@ -71,7 +72,7 @@ class Facet:
             raise ValueError(f"{self._called}: values belong to a model, and a fit has its own")
         if self.brdf.unit != dataset.ABSOLUTE:
             raise ValueError(f"{self._called}: its fit is in {self.brdf.unit}, and a magnitude needs a BRDF in sr-1")
-        _mixture(self.brdf, self.select, self._called)
+        mixture(self.brdf, self.select, self._called)
 
     @property
     def _called(self) -> str:
@@ -93,10 +94,10 @@ class Facet:
         if isinstance(self.brdf, Model):
             model, values = self.brdf, dict(self.values)
             return lambda _, g: np.asarray(model(g, values), dtype=float)
-        model, mixture = self.brdf.model, _mixture(self.brdf, self.select, self._called)
+        model, mixed = self.brdf.model, mixture(self.brdf, self.select, self._called)
 
         def brdf(values: Values, g: Geometry) -> Values:
-            parts = [w * np.asarray(model(g, {n: values[k] for n, k in at.items()})) for w, at in mixture]
+            parts = [w * np.asarray(model(g, {n: values[k] for n, k in at.items()})) for w, at in mixed]
             return np.sum(parts, axis=0)
 
         return brdf
@@ -110,38 +111,3 @@ class Facet:
         turned = [self.evaluated()(values, Geometry.from_degrees(theta_i, theta_r, phi, turn)) for turn in TURNS]
         if not all(np.allclose(one, turned[0], rtol=SAME, atol=0) for one in turned[1:]):
             raise ValueError(f"{self._called}: its surface has a direction: give along, a vector along its x axis")
-
-
-def _mixture(solution: Solution, select: Mapping[str, Any], called: str) -> list[tuple[float, dict[str, int]]]:
-    """The weight of each set of a fit in the band, and the places of its values by name."""
-    known = labels_of(solution)
-    if strange := [name for name in known if name not in dataset.SETS]:
-        raise ValueError(f"{called}: its fit has one value for each {strange[0]!r}, and none between them")
-    if unknown := [name for name in select if name not in known]:
-        have = ", ".join(known) or "one set alone"
-        raise ValueError(f"{called}: its fit has no {printable(str(unknown[0]))} to select; it has {have}")
-    chosen: list[tuple[float, dict[str, str]]] = [(1.0, {})]
-    for name, labels in known.items():
-        parts = _weights(select.get(name, labels[0] if len(labels) == 1 else ""), labels, name, called)
-        chosen = [(w * part, {**at, name: label}) for w, at in chosen for label, part in parts.items()]
-    return [(weight, _places(solution, at)) for weight, at in chosen]
-
-
-def _weights(wanted: Any, labels: list[str], name: str, called: str) -> dict[str, float]:
-    """The weight of each chosen label of a coordinate; their sum is 1."""
-    given = wanted if isinstance(wanted, Mapping) else {wanted: 1.0}
-    weights = {f"{key:g}" if isinstance(key, float | int) else str(key): w for key, w in given.items()}
-    if unknown := [label for label in weights if label not in labels]:
-        what = f"no {name} is {printable(unknown[0])}" if unknown[0] else f"its fit holds {len(labels)} sets"
-        raise ValueError(f"{called}: {what}; choose by select = {{{name} = ..}}: {some(labels)}")
-    numbers = list(weights.values())
-    if not all(isinstance(w, int | float) and np.isfinite(w) and w >= 0 for w in numbers) or sum(numbers) <= 0:
-        raise ValueError(f"{called}: the weights of {name} are no numbers from 0 with a sum above 0")
-    return {label: float(w) / sum(numbers) for label, w in weights.items()}
-
-
-def _places(solution: Solution, at: Mapping[str, str]) -> dict[str, int]:
-    """The places of the values of one set by name."""
-    sets = {n: np.array([float(v) if n == "wavelength" else v]) for n, v in at.items()}
-    direction = dataset.make_scan([0.0], [0.0], [0.0], coordinates=sets)
-    return {name: int(np.ravel(place)[0]) for name, place in solution.places(direction).items()}

@@ -61,7 +61,10 @@ def test_lambert_is_its_albedo():
 def test_blue_sky_is_the_mixture():
     values = {"fiso": 0.3, "fvol": 0.1, "fgeo": 0.02}
     for method in ("quadrature", "modis"):
-        black, white = black_sky(KERNELS, [30.0, 60.0], values, method=method), white_sky(KERNELS, values, method=method)
+        black, white = (
+            black_sky(KERNELS, [30.0, 60.0], values, method=method),
+            white_sky(KERNELS, values, method=method),
+        )
         found = blue_sky(KERNELS, [30.0, 60.0], [0.0, 0.25], values, method=method)
         assert found.value == pytest.approx([black.value[0], 0.75 * black.value[1] + 0.25 * white.value])
     assert nbar(KERNELS, [30.0], values).value == pytest.approx(
@@ -115,7 +118,10 @@ def test_a_shape_takes_part_in_the_uncertainty():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: black_sky(LAMBERT, 30.0, {"rho": 0.3}, method="modis"), "of the kernels of ross-li, and not of lambert"),
+        (
+            lambda: black_sky(LAMBERT, 30.0, {"rho": 0.3}, method="modis"),
+            "of the kernels of ross-li, and not of lambert",
+        ),
         (lambda: black_sky(LAMBERT, 30.0, {"rho": 0.3}, method="exact"), "choose quadrature or modis"),
         (lambda: black_sky(LAMBERT, 90.0, {"rho": 0.3}), "outside 0 to below 90"),
         (lambda: black_sky(LAMBERT, np.nan, {"rho": 0.3}), "outside 0 to below 90"),

@@ -19,7 +19,9 @@ def image(pixels=10_000, seed=1, noise=0.01, own=False, names=("theta_i", "theta
     rng = np.random.default_rng(seed)
     shape = (pixels, LOOKS) if own else (LOOKS,)
     sun, view, azimuth = rng.uniform(20, 60, shape), rng.uniform(0, 60, shape), rng.uniform(0, 360, shape)
-    weights = np.stack([rng.uniform(0.1, 0.5, pixels), rng.uniform(0.1, 0.3, pixels), rng.uniform(0.03, 0.08, pixels)], 1)
+    weights = np.stack(
+        [rng.uniform(0.1, 0.5, pixels), rng.uniform(0.1, 0.3, pixels), rng.uniform(0.03, 0.08, pixels)], 1
+    )
     basis = KERNELS.basis(gonio.Geometry.from_degrees(sun, view, azimuth), {})
     exact = np.pi * sum(w[:, None] * basis[n] for w, n in zip(weights.T, KERNELS.weights, strict=True))
     dims = ("pixel", "look")
@@ -92,8 +94,11 @@ def test_shared_angles_are_a_stack_of_fit_many():
     names = ("solar_zenith", "view_zenith", "relative_azimuth")
     reflectance, _ = image(12, names=names)
     grid = reflectance.rename(pixel="cell").assign_coords(cell=np.arange(12)).assign_attrs(units="1")
-    grid = xr.DataArray(grid.values.reshape(3, 4, LOOKS), dims=("y", "x", "look"), coords={
-        **{n: ("look", grid[n].values) for n in names}, "y": [1.0, 2.0, 3.0], "x": [5.0, 6.0, 7.0, 8.0]})
+    grid = xr.DataArray(
+        grid.values.reshape(3, 4, LOOKS),
+        dims=("y", "x", "look"),
+        coords={**{n: ("look", grid[n].values) for n in names}, "y": [1.0, 2.0, 3.0], "x": [5.0, 6.0, 7.0, 8.0]},
+    )
     fits = retrieve(grid, KERNELS)
     stack = as_stack(grid)
     problem = gonio.Problem(KERNELS, gonio.fitting.many.fit_many.one_scan(stack, ("y", "x")), weighting="uniform")

@@ -34,7 +34,13 @@ def main():
     rng = np.random.default_rng(21)
     altitude, azimuth = rng.uniform(20, 89, SEEN), rng.uniform(0, 360, SEEN)
     height, sun = rng.uniform(400e3, 1200e3, SEEN), np.stack([rng.uniform(-14, -6, SEEN), rng.uniform(0, 360, SEEN)])
-    columns = {"altitude": altitude, "azimuth": azimuth, "height": height, "sun_altitude": sun[0], "sun_azimuth": sun[1]}
+    columns = {
+        "altitude": altitude,
+        "azimuth": azimuth,
+        "height": height,
+        "sun_altitude": sun[0],
+        "sun_azimuth": sun[1],
+    }
     for name, parts in SURFACES.items():
         surfaces = [Surface(area, np.array(normal), getattr(library, kind)(**v)) for kind, v, area, normal in parts]
         columns[name] = [
@@ -46,7 +52,9 @@ def main():
     facing = [Surface(1.0, np.array([0.0, 0.6, -0.8]), library.LAMBERTIAN(0.3))]
     # The satellite of the specification, 0.1 rad past the terminator over its observer, without and with the Earth.
     below = np.array([0.0, 0.0, lumos.constants.EARTH_RADIUS])
-    columns["overhead"] = [calculator.get_intensity_satellite_frame(facing, 550e3, 0.1, below, include_earthshine=False)]
+    columns["overhead"] = [
+        calculator.get_intensity_satellite_frame(facing, 550e3, 0.1, below, include_earthshine=False)
+    ]
     columns["earthshine"] = [
         calculator.get_intensity_satellite_frame(
             facing, 550e3, angle, below, False, True, DENSITY, library.LAMBERTIAN(0.3)

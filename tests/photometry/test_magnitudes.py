@@ -1,7 +1,5 @@
 """Magnitudes against closed forms and the vectors of the specification, to their printed digits."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -235,8 +233,10 @@ def test_shares_add_up_over_names(noisy):
 
 def test_channels_are_weighted_in_a_band():
     one = {"rho": 0.2}
-    scans = {c: gonio.simulate(LAMBERT, {"rho": r}, [0.0, 30.0], np.arange(-60, 61, 10.0), noise=0.001, seed=k)
-             for k, (c, r) in enumerate({"R": 0.2, "G": 0.4, "B": 0.6}.items())}
+    scans = {
+        c: gonio.simulate(LAMBERT, {"rho": r}, [0.0, 30.0], np.arange(-60, 61, 10.0), noise=0.001, seed=k)
+        for k, (c, r) in enumerate({"R": 0.2, "G": 0.4, "B": 0.6}.items())
+    }
     import xarray as xr
 
     joined = xr.concat(

@@ -33,7 +33,9 @@ def test_fluxes_of_satellites(name):
     angles = (columns[n] for n in ("sun_altitude", "sun_azimuth", "altitude", "azimuth", "height"))
     sight = from_horizon(*angles)
     facets = [facet(*one) for one in peer()["surfaces"][name]]
-    found = light_curve(facets, sight.sun, sight.observer, sun_half_angle=0, earth=Earth(sight.position, values={"rho": 0.0}))
+    found = light_curve(
+        facets, sight.sun, sight.observer, sun_half_angle=0, earth=Earth(sight.position, values={"rho": 0.0})
+    )
     expected = columns[name]
     assert (expected > 0).sum() > 20
     assert found["ratio"].values * SUN == pytest.approx(expected, rel=1e-6, abs=1e-6 * expected.max())

@@ -160,7 +160,9 @@ def _angles(reflectance: xr.DataArray) -> dict[str, Values]:
     for name, other in ANGLES.items():
         chosen = [n for n in (name, other) if n in reflectance.coords]
         if len(chosen) != 1:
-            raise ValueError(f"reflectance has {' and '.join(chosen) or 'no'} coordinate {name!r} or {other!r}: give one")
+            raise ValueError(
+                f"reflectance has {' and '.join(chosen) or 'no'} coordinate {name!r} or {other!r}: give one"
+            )
         column = reflectance[chosen[0]].astype(float)
         if LOOK not in column.dims:
             column = column.broadcast_like(reflectance[LOOK] if LOOK in reflectance.coords else reflectance)
@@ -179,7 +181,13 @@ def _angles(reflectance: xr.DataArray) -> dict[str, Values]:
 
 
 def _fitted(
-    model: Model, y: Values, error: Values, angles: list[Values], kind: str, least: int, prior: Mapping[str, float] | None
+    model: Model,
+    y: Values,
+    error: Values,
+    angles: list[Values],
+    kind: str,
+    least: int,
+    prior: Mapping[str, float] | None,
 ) -> dict[str, Any]:
     """Weights (pixels, n), their covariance and the rest of some pixels."""
     seen, n = np.isfinite(y), len(model.weights)

@@ -156,7 +156,9 @@ def _summed(
     if isinstance(surface, Model):
         if select:
             raise ValueError("select chooses a set of a fit, and this is a model")
-        surface.basis(Geometry.from_degrees(0.0, 0.0, 0.0), {n: v for n, v in (values or {}).items() if n not in surface.weights})
+        surface.basis(
+            Geometry.from_degrees(0.0, 0.0, 0.0), {n: v for n, v in (values or {}).items() if n not in surface.weights}
+        )
         if not any(n in surface.weights for n in values or {}):
             raise ValueError(f"{surface.name}: give at least one weight: {', '.join(surface.weights)}")
         found = weighted(values or {})

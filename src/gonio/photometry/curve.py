@@ -19,16 +19,17 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.certainty.band import propagate
-from gonio.fitting.solution import Solution
 from gonio.geometry import GRAZING
 from gonio.photometry.air import Air
 from gonio.photometry.bands import Band, band_of
-from gonio.photometry.facets import Brdf, Facet
+from gonio.photometry.facets import Facet
 from gonio.photometry.lamps import SUN_HALF_ANGLE, Earth, Lamp, disk, frames, geometry
 from gonio.photometry.vectors import dot, unit, vectors
 
 Values = npt.NDArray[np.float64]
-Flux = Callable[[Values], Values]  # of all values of a fit: the ratio E/E_sun (facets, times) of the facets that have it
+Flux = Callable[
+    [Values], Values
+]  # of all values of a fit: the ratio E/E_sun (facets, times) of the facets that have it
 
 TOGETHER = 2**18  # directions that are evaluated at once: more take more memory and no less time
 POGSON = 2.5 / math.log(10)  # magnitudes by a relative change
@@ -240,8 +241,10 @@ def _parts(group: _Group, lamp: Lamp) -> Iterator[tuple[npt.NDArray[np.intp], Va
             turned = [np.broadcast_to(vectors(one.along, "along"), (scene.times, 3)) for one in some]
             along = np.stack(turned)[facet, time]
         axes = frames(normal[facet, time], along)
-        yield (start + facet) * scene.times + time, weights, geometry(
-            *axes, lamp.towards[time, node], scene.observer[time]
+        yield (
+            (start + facet) * scene.times + time,
+            weights,
+            geometry(*axes, lamp.towards[time, node], scene.observer[time]),
         )
 
 
@@ -309,5 +312,3 @@ def _summed(groups: Sequence[_Group], scene: _Scene, lamps: Sequence[Lamp]) -> t
 
 def _total(fluxes: Sequence[Flux], values: Values) -> Values:
     return np.sum([flux(values).sum(axis=0) for flux in fluxes], axis=0)
-
-

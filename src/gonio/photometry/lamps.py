@@ -74,8 +74,11 @@ class Earth:
         times = np.broadcast_shapes(sun.shape, position.shape)
         lamps = [
             self._lamp_of(*one, step)
-            for one in zip(*(np.broadcast_to(v, times) for v in (sun, position, down)),
-                           np.broadcast_to(limb, times[0]), strict=True)
+            for one in zip(
+                *(np.broadcast_to(v, times) for v in (sun, position, down)),
+                np.broadcast_to(limb, times[0]),
+                strict=True,
+            )
         ]
         most = max(len(irradiance) for _, irradiance in lamps)
         towards = np.stack([np.pad(t, ((0, most - len(t)), (0, 0)), mode="edge") for t, _ in lamps])

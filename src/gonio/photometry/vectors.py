@@ -48,8 +48,9 @@ def from_horizon(sun_altitude: Any, sun_azimuth: Any, altitude: Any, azimuth: An
         The satellite is below the horizon or on the ground, or the sun is at its zenith or nadir, where it has no side.
 
     """
-    given = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (sun_altitude, sun_azimuth,
-                                                                                     altitude, azimuth, height)))
+    given = np.broadcast_arrays(
+        *(np.atleast_1d(np.asarray(v, dtype=float)) for v in (sun_altitude, sun_azimuth, altitude, azimuth, height))
+    )
     if not all(np.isfinite(one).all() for one in given):
         raise ValueError("an angle or a height is no finite number")
     sun, towards = _direction(*given[:2]), _direction(*given[2:4])

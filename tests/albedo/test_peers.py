@@ -1,4 +1,4 @@
-"""The kernels against pydirectional's, which crosscheck/pydirectional_peer.py computed and tests/reference/peers keeps."""
+"""The kernels of pydirectional, which crosscheck/pydirectional_peer.py computed and tests/reference/peers keeps."""
 
 import json
 
@@ -11,7 +11,7 @@ from places import ROOT
 
 @pytest.mark.parametrize("weight", ["fvol", "fgeo"])
 def test_the_kernels_at_a_hundred_pairs_of_directions(weight):
-    """gonio's terms are the kernels over pi; phi 180 is the forward side in both."""
+    """Terms of gonio are the kernels over pi; phi 180 is the forward side in both."""
     kept = json.loads((ROOT / "tests" / "reference" / "peers" / "pydirectional.json").read_text(encoding="utf-8"))
     columns = {name: np.array(column) for name, column in kept["columns"].items()}
     g = Geometry.from_degrees(columns["theta_i"], columns["theta_r"], columns["phi"])

@@ -3,8 +3,8 @@
     python tests/crosscheck/lumos_peer.py       writes tests/reference/peers/lumos.json
 
 Lumos-Sat 1.0.9 asks for an old NumPy that it does not need: pip install --no-deps lumos-sat, with numpy and astropy.
-Its magnitudes are another matter than its fluxes: it divides the whole solar constant by c/lambda at 532 nm, which makes
-its sun 0.286 mag brighter than the sun in V.
+Its magnitudes are another matter than its fluxes: it divides the whole solar constant by c/lambda at 532 nm, which
+makes its sun 0.286 mag brighter than the sun in V.
 """
 
 import importlib.metadata

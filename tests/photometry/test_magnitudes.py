@@ -101,7 +101,7 @@ def test_airmass_and_extinction():
 
 
 def test_a_glint_under_a_point_and_under_the_sun():
-    """A facet with a lobe of half the sun's width: at the mirror direction a point is too bright, by the ratio of areas.
+    """A facet whose lobe is narrower than the sun: seen in the mirror direction, a point is too bright.
 
     For a Gaussian of slopes of rms s per axis the light of the disk of half angle h is the point's times
     (1 - exp(-u))/u with u = h^2/(8 s^2): directions turn by twice the slope.

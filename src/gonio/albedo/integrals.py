@@ -82,7 +82,7 @@ def _white_sky(model: Model, shape: tuple[tuple[str, float], ...], nodes: int) -
 
 
 def nadir_of_terms(model: Model, shape: Mapping[str, Any], theta_i: Sequence[float]) -> dict[str, Values]:
-    """pi times every term (angles,) seen from the nadir: the reflectance factor, as NBAR is stated."""
+    """The reflectance factor, pi times every term (angles,), seen from the nadir, as NBAR is stated."""
     angles = np.asarray(theta_i, dtype=float)
     basis = model.basis(Geometry.from_degrees(angles, np.zeros_like(angles), np.zeros_like(angles)), shape)
     return {name: np.pi * np.broadcast_to(np.asarray(term, dtype=float), angles.shape) for name, term in basis.items()}

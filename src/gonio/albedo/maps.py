@@ -124,6 +124,8 @@ def _coverage_factor(fits: xr.Dataset, lanes: list[str]) -> Values:
     if "freedom" in fits:
         freedom = fits["freedom"].transpose(*lanes).values
     else:
-        free = np.isfinite(fits["value"]) & ~fits["held"] if "held" in fits else np.isfinite(fits["value"])
-        freedom = (fits["points"] - free.sum("parameter")).transpose(*lanes).values
+        free: xr.DataArray = xr.apply_ufunc(np.isfinite, fits["value"])
+        if "held" in fits:
+            free = free & ~fits["held"]
+        freedom = (fits["points"] - free.sum(dim="parameter")).transpose(*lanes).values
     return np.asarray(stdtrit(np.maximum(freedom, 1), 0.5 + LEVEL / 2))

@@ -90,7 +90,7 @@ def _facet(
 
 def _listed(path: Path, place: str, row: dict[str, Any]) -> dict[str, list[float]]:
     """The vectors of a facet."""
-    found = {}
+    found: dict[str, list[float]] = {}
     for key in ("normal", "along"):
         if key in row:
             vector = row[key]

@@ -161,9 +161,9 @@ class _Scene:
             raise ValueError(f"sun, observer, normals and positions are at {sorted(counts)} times: give one number")
         times = max(counts, default=1)
         distance = np.linalg.norm(sight, axis=1)
-        several = [np.broadcast_to(v, (times, 3)) for v in (sun, sight / distance[:, None])]
+        towards, seen = (np.broadcast_to(v, (times, 3)) for v in (sun, sight / distance[:, None]))
         called = [one.name or f"facet {k}" for k, one in enumerate(facets, start=1)]
-        return cls(facets, *several, np.broadcast_to(distance, times), np.broadcast_to(lit, times), called)
+        return cls(facets, towards, seen, np.broadcast_to(distance, times), np.broadcast_to(lit, times), called)
 
     @property
     def times(self) -> int:

@@ -58,10 +58,10 @@ class Earth:
     brdf: Model | Solution = lambert
     values: Mapping[str, float] = field(default_factory=lambda: {"rho": 0.3})
 
-    def sunlit(self, sun: Values) -> Values:
+    def sunlit(self, sun: Values) -> npt.NDArray[np.bool_]:
         """Whether the body (times,) sees the middle of the sun beside the Earth, for unit vectors (times, 3)."""
         away, down, limb = self._seen()
-        return ~((dot(sun, down) > np.cos(limb)) & (away > 0))
+        return np.asarray(~((dot(sun, down) > np.cos(limb)) & (away > 0)))
 
     def lamp(self, sun: Values, step: float = EARTH_STEP) -> Lamp:
         """The light of the Earth's sunlit side as the body sees it, for unit vectors towards the sun (times, 3).
@@ -69,17 +69,12 @@ class Earth:
         A direction meets the ground at a point with the normal n. From there the body gets the radiance f cos(theta_s)
         for an irradiance of the sun of 1, with theta_s the sun's angle from n, whatever the distance.
         """
-        away, down, limb = self._seen()
+        _, down, limb = self._seen()
         position = vectors(self.position, "the position over the Earth")
-        times = np.broadcast_shapes(sun.shape, position.shape)
-        lamps = [
-            self._lamp_of(*one, step)
-            for one in zip(
-                *(np.broadcast_to(v, times) for v in (sun, position, down)),
-                np.broadcast_to(limb, times[0]),
-                strict=True,
-            )
-        ]
+        count = max(len(sun), len(position))
+        suns, positions, downs = (np.broadcast_to(v, (count, 3)) for v in (sun, position, down))
+        limbs = np.broadcast_to(limb, count)
+        lamps = [self._lamp_of(suns[k], positions[k], downs[k], float(limbs[k]), step) for k in range(count)]
         most = max(len(irradiance) for _, irradiance in lamps)
         towards = np.stack([np.pad(t, ((0, most - len(t)), (0, 0)), mode="edge") for t, _ in lamps])
         return Lamp(towards, np.stack([np.pad(e, (0, most - len(e))) for _, e in lamps]))

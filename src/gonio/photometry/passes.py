@@ -41,8 +41,8 @@ class Pass:
     """Sun, observer and Earth over time, and what was observed.
 
     sun, observer (times, 3); position (times, 3) and altitude (times,) [deg] are None where the table has none.
-    time: as the table has it, numbers from 1 where it has none. measured, spread (times,) [mag]: NaN where there is none.
-    unused: columns that mean nothing here.
+    time: as the table has it, numbers from 1 where it has none. measured, spread (times,) [mag]: NaN where there is
+    none. unused: columns that mean nothing here.
     """
 
     sun: Values
@@ -56,7 +56,7 @@ class Pass:
 
 
 def read_pass(path: str | Path) -> Pass:
-    """The table of a file. Raises FormatError with the line and the column of what is wrong, or with what is missing."""
+    """The table of a file. Raises FormatError with the line and the column of what is wrong, or what lacks."""
     path = Path(path)
     names, rows = _table(path)
     columns = {name: [row[k] for _, row in rows] for k, name in enumerate(names)}

@@ -146,8 +146,16 @@ def command(
     if seen.unused:
         talk.tell(shortened(f"gonio: {table}: columns without a meaning here: ", list(seen.unused), ""))
     earth, air = light.earth(seen, table), light.air(seen, table)
-    given = {"sun_half_angle": light.sun_half_angle, "earth": earth, "air": air}
-    curve = light_curve(facets, seen.sun, seen.observer, light.band.value, light.system.value, **given)
+    curve = light_curve(
+        facets,
+        seen.sun,
+        seen.observer,
+        light.band.value,
+        light.system.value,
+        sun_half_angle=light.sun_half_angle,
+        earth=earth,
+        air=air,
+    )
     output.show(magnitudes.record(curve, seen), magnitudes.lines(curve, seen, facets))
     if out:
         from gonio.plotting.sky import light_curve_figure

@@ -147,6 +147,8 @@ def _dated(figure: "Figure", ax: "Axes", x: Any) -> None:
     from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
     room = figure.get_figwidth() * 72 / current().points
-    locator = AutoDateLocator(minticks=3, maxticks=max(int(room / 6), 4))
+    locator: Any = AutoDateLocator(  # type: ignore[no-untyped-call]
+        minticks=3, maxticks=max(int(room / 6), 4)
+    )
     ax.xaxis.set_major_locator(locator)
-    ax.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    ax.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]

@@ -34,7 +34,7 @@ def of_surface(
     method: str,
 ) -> dict[str, Any]:
     """The albedos of a model or a fit, as plain data."""
-    given = {"values": values or None, "select": select or None}
+    given: dict[str, Any] = {"values": values or None, "select": select or None}
     angles = list(theta_i)
     found: dict[str, Albedo] = {"black_sky": black_sky(surface, angles, **given, method=method)}
     found["white_sky"] = white_sky(surface, **given, method=method)

@@ -69,9 +69,8 @@ def lines(curve: xr.Dataset, seen: Pass, facets: Sequence[Facet]) -> Iterator[An
     """The curve for people."""
     names = [str(n) for n in curve["facet"].values]
     shown = names if 1 < len(names) <= MOST_NAMES else []
-    rows = table(
-        "time", f"{curve.attrs['band']} [mag]", "phase [deg]", "d [km]", *(f"{clip(n, 12)} [%]" for n in shown)
-    )
+    parts = (f"{clip(n, 12)} [%]" for n in shown)
+    rows = table("time", f"{curve.attrs['band']} [mag]", "phase [deg]", "d [km]", *parts)
     for k in range(min(curve.sizes["time"], MOST_ROWS)):
         one = curve.isel(time=k)
         m = float(one["magnitude"])
@@ -90,7 +89,8 @@ def lines(curve: xr.Dataset, seen: Pass, facets: Sequence[Facet]) -> Iterator[An
     if missed := _missed(facets):
         yield missed
     if dark := int((~np.isfinite(curve["magnitude"].values)).sum()):
-        yield f"no light at {dark} of {curve.sizes['time']} times: no facet is lit and seen, or the Earth hides the sun"
+        count = curve.sizes["time"]
+        yield f"no light at {dark} of {count} times: no facet is lit and seen, or the Earth hides the sun"
     if found := agreement(curve["magnitude"].values, seen.measured):
         yield (
             f"computed less observed at {found['count']} times: mean {found['bias']:+.2f} mag, standard deviation "

@@ -14,7 +14,8 @@ from stacks import one_after_another, only_here
 
 HEAD = "time,sun_altitude_deg,sun_azimuth_deg,altitude_deg,azimuth_deg,height_km,magnitude_mag,id"
 ROWS = [
-    f"2022-01-25T13:0{k // 4}:{k % 4 * 15:02d},-15,250,{30 + 5 * k},{180 - 20 * k},550,{6 - 0.1 * k},7" for k in range(8)
+    f"2022-01-25T13:0{k // 4}:{k % 4 * 15:02d},-15,250,{30 + 5 * k},{180 - 20 * k},550,{6 - 0.1 * k},7"
+    for k in range(8)
 ]
 
 

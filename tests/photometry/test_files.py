@@ -111,7 +111,11 @@ def test_vectors_and_angles(tmp_path):
         (",550", "", "has 5 values, and the table 6 columns"),
         ("time,", "theta_i_deg,", "line 2: theta_i_deg is 't1'"),
         ("t1,-15,250,40,100,550\n", "", "holds no rows"),
-        ("sun_altitude_deg,sun_azimuth_deg,altitude_deg,azimuth_deg,height_km", "a,b,c,d,e", "neither sun nor observer"),
+        (
+            "sun_altitude_deg,sun_azimuth_deg,altitude_deg,azimuth_deg,height_km",
+            "a,b,c,d,e",
+            "neither sun nor observer",
+        ),
     ],
 )
 def test_a_wrong_table_is_refused(tmp_path, old, new, message):

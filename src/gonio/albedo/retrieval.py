@@ -191,11 +191,8 @@ def _fitted(
 ) -> dict[str, Any]:
     """Weights (pixels, n), their covariance and the rest of some pixels."""
     seen, n = np.isfinite(y), len(model.weights)
-    usable = [np.where(seen, a, 0.0) for a in angles]
-    basis = model.basis(Geometry.from_degrees(*usable), {})
-    columns = [np.pi * np.broadcast_to(np.asarray(basis[name], dtype=float), y.shape) for name in model.weights]
     scale = np.where(seen, 1 / np.where(seen, error, 1.0), 0.0)
-    matrix, target = np.stack(columns, axis=-1) * scale[..., None], np.where(seen, y, 0.0) * scale
+    matrix, target = _design(model, seen, angles) * scale[..., None], np.where(seen, y, 0.0) * scale
     points = seen.sum(axis=1)
     full = points >= least
     value, covariance = np.full((len(y), n), np.nan), np.full((len(y), n, n), np.nan)
@@ -206,18 +203,12 @@ def _fitted(
         freedom[full] = points[full] - n
     few = ~full & (points > 0)
     if prior is not None and few.any():
-        shape = np.array([prior[name] for name in model.weights])
-        along = matrix[few] @ shape
-        size = np.sum(along**2, axis=1)
-        value[few] = (np.sum(along * target[few], axis=1) / size)[:, None] * shape
-        covariance[few] = np.outer(shape, shape) / size[:, None, None]
+        value[few], covariance[few] = _scaled(matrix[few], target[few], np.array([prior[w] for w in model.weights]))
         freedom[few] = points[few] - 1
     left = np.where(seen, target - np.einsum("pkn,pn->pk", matrix, value), 0.0)
     rmse = np.sqrt(np.sum((left / np.where(seen, scale, 1.0)) ** 2, axis=1) / np.maximum(points, 1))
     if kind == SCALED:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            variance = np.where(freedom > 0, np.sum(left**2, axis=1) / freedom, np.inf)
-        covariance = np.where(np.isfinite(covariance) & (covariance == 0), 0.0, covariance * variance[:, None, None])
+        covariance = _by_residual(covariance, np.sum(left**2, axis=1), freedom)
     else:
         freedom = np.where(np.isfinite(freedom), np.inf, np.nan)
     return {
@@ -230,6 +221,32 @@ def _fitted(
         "freedom": freedom,
         "full": full,
     }
+
+
+def _design(model: Model, seen: Values, angles: list[Values]) -> Values:
+    """Columns A (pixels, looks, n): pi times every term at the looks that there are."""
+    basis = model.basis(Geometry.from_degrees(*(np.where(seen, a, 0.0) for a in angles)), {})
+    columns = [np.broadcast_to(np.asarray(basis[name], dtype=float), seen.shape) for name in model.weights]
+    return np.pi * np.stack(columns, axis=-1)
+
+
+def _scaled(matrix: Values, target: Values, prior: Values) -> tuple[Values, Values]:
+    """The multiple of a prior (n,) that fits each pixel (pixels, n), and its covariance for errors of 1."""
+    along = matrix @ prior
+    size = np.sum(along**2, axis=1)
+    value = (np.sum(along * target, axis=1) / size)[:, None] * prior
+    return value, np.outer(prior, prior) / size[:, None, None]
+
+
+def _by_residual(covariance: Values, squares: Values, freedom: Values) -> Values:
+    """Covariances (pixels, n, n) for errors of 1 times the variance of the errors, from the squares of what is left.
+
+    Infinite for a pixel without degrees of freedom; what no look determines stays infinite.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = np.where(freedom > 0, squares / freedom, np.inf)[:, None, None]
+        scaled = covariance * variance
+    return np.where(np.isinf(covariance), np.inf, np.where(covariance == 0, 0.0, scaled))
 
 
 def _inverse(matrix: Values) -> Values:

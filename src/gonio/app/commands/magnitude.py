@@ -16,7 +16,9 @@ from gonio.outside import shortened
 from gonio.plotting.page import Page, drawn_on, target_of
 
 if TYPE_CHECKING:
-    from gonio.photometry import Air, Earth, Pass
+    import xarray as xr
+
+    from gonio.photometry import Air, Earth, Facet, Pass
 
 EXAMPLES = (
     Example("gonio magnitude satellite.toml pass.csv", "The magnitudes of a satellite over a pass, in V"),
@@ -73,6 +75,21 @@ class LightOptions:
         float | None,
         Option("extinction of the atmosphere, in magnitudes per airmass: 0.12 is a good site in V", lowest=0),
     ] = None
+
+    def curve(self, facets: "list[Facet]", seen: "Pass", path: Path) -> "xr.Dataset":
+        """The light curve; ValueError, with the path of the table, where it lacks what an option needs."""
+        from gonio.photometry import light_curve
+
+        return light_curve(
+            facets,
+            seen.sun,
+            seen.observer,
+            self.band.value,
+            self.system.value,
+            sun_half_angle=self.sun_half_angle,
+            earth=self.earth(seen, path),
+            air=self.air(seen, path),
+        )
 
     def earth(self, seen: "Pass", path: Path) -> "Earth | None":
         """The Earth, where it is asked for or can hide the sun."""
@@ -132,38 +149,39 @@ def command(
     """
     from gonio import catalogue
     from gonio.app.views.sky import magnitudes
-    from gonio.files import refuse_overlap
-    from gonio.photometry import light_curve, read_facets, read_pass
-    from gonio.photometry.bodies import fits_named
+    from gonio.photometry import read_facets, read_pass
 
     refuse_unused(page, out)
-    target, suffixes = target_of(out, page.suffixes)
-    fits = fits_named(body)
-    for written in (out, output.json):
-        if written and written != "-":
-            refuse_overlap(Path(written), fits)
+    target_of(out, page.suffixes)
+    _refuse_fits(body, (out, output.json))
     facets, seen = read_facets(body, catalogue), read_pass(table)
     if seen.unused:
         talk.tell(shortened(f"gonio: {table}: columns without a meaning here: ", list(seen.unused), ""))
-    earth, air = light.earth(seen, table), light.air(seen, table)
-    curve = light_curve(
-        facets,
-        seen.sun,
-        seen.observer,
-        light.band.value,
-        light.system.value,
-        sun_half_angle=light.sun_half_angle,
-        earth=earth,
-        air=air,
-    )
+    curve = light.curve(facets, seen, table)
     output.show(magnitudes.record(curve, seen), magnitudes.lines(curve, seen, facets))
     if out:
-        from gonio.plotting.sky import light_curve_figure
-        from gonio.plotting.style import save
+        written = _drawn(curve, seen, page, out, over.value, body.stem, output.force)
+        for path in written if output.json != "-" else ():
+            show(f"wrote {path}")
 
-        with drawn_on(page):
-            times = magnitudes.times_of(seen)
-            drawing = light_curve_figure(curve, times, seen.measured, seen.spread, over=over.value, title=body.stem)
-            for path in save(drawing, target, suffixes, output.force):
-                if output.json != "-":
-                    show(f"wrote {path}")
+
+def _refuse_fits(body: Path, outputs: tuple[str, ...]) -> None:
+    """ValueError where an output is the file of a fit that the body names."""
+    from gonio.files import refuse_overlap
+    from gonio.photometry.bodies import fits_named
+
+    for written in outputs:
+        if written and written != "-":
+            refuse_overlap(Path(written), fits_named(body))
+
+
+def _drawn(curve: "xr.Dataset", seen: "Pass", page: Page, out: str, over: str, title: str, force: bool) -> list[Path]:
+    """The files of the figure of a light curve."""
+    from gonio.app.views.sky.magnitudes import times_of
+    from gonio.plotting.sky import light_curve_figure
+    from gonio.plotting.style import save
+
+    target, suffixes = target_of(out, page.suffixes)
+    with drawn_on(page):
+        figure = light_curve_figure(curve, times_of(seen), seen.measured, seen.spread, over=over, title=title)
+        return save(figure, target, suffixes, force)

@@ -82,8 +82,9 @@ def lines(curve: xr.Dataset, seen: Pass, facets: Sequence[Facet]) -> Iterator[An
     yield rows
     if (rest := curve.sizes["time"] - MOST_ROWS) > 0:
         yield f"and {rest} more rows: --json FILE has all"
+    stated = curve.attrs
     yield (
-        f"{curve.attrs['band']} in the {curve.attrs['system']} system, in which the sun has {curve.attrs['sun']:g} mag; "
+        f"{stated['band']} in the {stated['system']} system, in which the sun has {stated['sun']:g} mag; "
         "± is the standard uncertainty of the fits, with areas and values of models as exact"
     )
     if missed := _missed(facets):

@@ -33,13 +33,13 @@ def test_computed_and_observed_magnitudes(facets):
 
 
 def test_earthshine_makes_it_brighter(facets):
-    """By a hundredth of a magnitude in the mean, over every tenth observation."""
-    alone, plain = starlink.compared(facets, every=10)
-    lit, curve = starlink.compared(facets, 0.3, every=10)
-    assert lit["bias"] < alone["bias"]
-    dark = ~np.isfinite(curve["magnitude"].values)
-    assert not dark.any()
-    assert (curve["ratio"].values[~dark] >= plain["ratio"].values[~dark]).all()
+    """By about a hundredth of a magnitude in the mean, over every tenth observation; one of 1173 is in the shadow."""
+    plain, curve = (starlink.compared(facets, albedo, every=10)[1] for albedo in (0.0, 0.3))
+    lit = np.isfinite(curve["magnitude"].values)
+    assert (~lit).sum() <= 1
+    gained = (plain["magnitude"] - curve["magnitude"]).values[lit]
+    assert (gained >= 0).all()
+    assert 0.003 < gained.mean() < 0.1
 
 
 def test_the_sun_is_where_astropy_has_it():

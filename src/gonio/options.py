@@ -26,6 +26,7 @@ class Panel(StrEnum):
     MEASUREMENT = "Measurement"
     DATA = "Data"
     MODEL = "Model"
+    LIGHT = "Light"
     WEIGHTS = "Weights"
     UNCERTAINTY = "Uncertainty"
     SOLVER = "Solver"

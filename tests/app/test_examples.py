@@ -25,6 +25,7 @@ LINES = [
     for one in PROGRAM.get_command(PROGRAM.make_context("gonio", [], resilient_parsing=True), name).examples
 ]
 ANGLES = [10.0, 30.0, 50.0]
+SEEN = "sun_altitude_deg,sun_azimuth_deg,altitude_deg,azimuth_deg,height_km\n-5,90,40,100,550\n-5,90,60,120,550\n"
 CONSTANTS = "DATA:\n  - type: tabulated nk\n    data: |\n      0.5 1.5 0.0\n      0.6 1.6 0.1\n"
 
 
@@ -84,6 +85,9 @@ def files(tmp_path_factory):
     others = ["dark,,,0.002,1e-5", "standard,0,45,0.0702,2e-5", "incident,,,0.3,2e-5"]
     (folder / "run.csv").write_text("\n".join(["kind,theta_i_deg,theta_r_deg,signal_V,sd_V", *others, *signals]))
     (folder / "panel.csv").write_text("theta_i_deg,theta_r_deg,brdf_sr-1\n0,45,0.315")
+    facet = '[[facet]]\narea = 3.6\nnormal = [0, 0, -1]\nfit = "results/solution.nc"\n'
+    (folder / "satellite.toml").write_text(facet)
+    (folder / "pass.csv").write_text(SEEN)
     (folder / "lab.csv").write_text("\n".join(["AOI,AOS,BSDF", *rows]))
     return folder
 
@@ -112,10 +116,13 @@ def _page(folder, seed, force, progress):
     return folder / "index.html"
 
 
-def prepare(line, folder, monkeypatch):
-    """What must be there before an example: an earlier one's output where it says --force, a stack."""
+def prepare(line, folder, monkeypatch, run):
+    """What must be there before an example: an earlier one's output where it says --force, a stack, fits of one."""
     command = line.split()[1]
-    if command == "fit-stack":
+    if "albedo fits.zarr" in line:
+        prepare("gonio fit-stack", folder, monkeypatch, run)
+        assert run("fit-stack", "stack.zarr", "--model", "lambert", "--out", "fits.zarr")[0] == 0
+    elif command == "fit-stack":
         pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
         monkeypatch.setattr("gonio.fitting.stack.cluster.connected", only_here)
         monkeypatch.setattr("gonio.fitting.stack.cluster.fit_blocks", one_after_another)
@@ -132,7 +139,7 @@ def prepare(line, folder, monkeypatch):
 
 @pytest.mark.parametrize("line", LINES)
 def test_an_example_runs_as_it_stands(run, here, alone, monkeypatch, line):
-    prepare(line, here, monkeypatch)
+    prepare(line, here, monkeypatch, run)
     words = shlex.split(line)
     assert words[0] == "gonio"
     before = set(here.rglob("*"))

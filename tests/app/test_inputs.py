@@ -32,6 +32,9 @@ READING = {
     "diff": ("diff", "{good}", "{}"),
     "reduce": ("reduce", "{}", "--out", "{folder}/o.csv"),
     "blank": ("reduce", "{good}", "--blank", "{}", "--out", "{folder}/o.csv"),
+    "magnitude": ("magnitude", "{}", "{good}"),
+    "pass": ("magnitude", "{body}", "{}"),
+    "albedo": ("albedo", "ross-li", "--set", "fiso=1", "--material", "{}", "--wavelength", "500"),
     "eval": ("eval", "ggx", "--material", "{}", "--wavelength", "500", "--at", "10,10"),
     "draw": ("draw", "ggx", "--material", "{}", "--wavelength", "500", "--out", "{folder}/x.png"),
 }
@@ -68,7 +71,9 @@ PACKED = {
 def called(run, tmp_path, command, target):
     good = tmp_path / "good.csv"
     good.write_text(TABLE)
-    return run(*(part.format(target, folder=tmp_path, good=good) for part in command))
+    body = tmp_path / "body.toml"
+    body.write_text('[[facet]]\narea = 1\nnormal = [0, 0, 1]\nmodel = "lambert"\nvalues = {rho = 1}\n')
+    return run(*(part.format(target, folder=tmp_path, good=good, body=body) for part in command))
 
 
 @every_reader

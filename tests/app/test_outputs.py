@@ -5,7 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
-from gonio import catalogue, simulate, write
+from gonio import Problem, catalogue, simulate, write
+from gonio.fitting import fit
 from stacks import write_stack
 
 
@@ -16,6 +17,9 @@ def here(tmp_path, monkeypatch):
     scan = simulate(catalogue["torrance-sparrow"], values, [10.0, 40], np.arange(-75, 76, 15.0), noise=0.02, seed=1)
     for name in ("scan.csv", "other.csv"):
         write(scan, tmp_path / name)
+    fit(Problem(catalogue["lambert"], scan)).save(tmp_path / "solution.nc")
+    (tmp_path / "body.toml").write_text('[[facet]]\narea = 1\nnormal = [0, 0, 1]\nfit = "solution.nc"\n')
+    (tmp_path / "pass.csv").write_text("theta_i_deg,theta_r_deg,phi_deg,distance_m\n30,30,180,1\n")
     write_stack(tmp_path / "stack.zarr", {"sample": 3})
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -40,6 +44,9 @@ COMMANDS = {
     "convert onto": "convert scan.csv other.csv --onto other.csv",
     "reduce": "reduce scan.csv --out scan.csv",
     "eval": "eval lambert --set rho=0.5 --at 10,20 --material scan.csv --json scan.csv",
+    "albedo": "albedo solution.nc --json solution.nc",
+    "magnitude": "magnitude body.toml pass.csv --json pass.csv",
+    "magnitude of a fit": "magnitude body.toml pass.csv --json solution.nc",
     "make stack": "stack scan.csv other.csv --out other.csv",
     "make stack in a folder": "stack . --out all.zarr",
     "make stack onto": "stack scan.csv --onto other.csv --out other.csv",

@@ -123,8 +123,8 @@ class Acceptance:
         if not instrument:
             return
         _refuse_horizon(geometry)
-        source = _cone(geometry[:3], instrument.source_half_angle, instrument.step, turn=0.5)
-        detector = _cone(geometry[3:], instrument.detector_half_angle, instrument.step)
+        source = cone(geometry[:3], instrument.source_half_angle, instrument.step, turn=0.5)
+        detector = cone(geometry[3:], instrument.detector_half_angle, instrument.step)
         pairs = np.stack(np.meshgrid(range(len(source[1])), range(len(detector[1])), indexing="ij"), -1).reshape(-1, 2)
         several = max(BLOCK // max(geometry.z_i.size, 1), 1)
         for start in range(0, len(pairs), several):
@@ -222,8 +222,8 @@ def _mean(values: Values, weights: Values) -> Values:
     return np.einsum("...kn,kn->...n", values, weights)
 
 
-def _cone(centre: tuple[Any, ...], half_angle: float, step: float, turn: float = 0.0) -> tuple[Vector, Values]:
-    """Directions (nodes, n) in a cone about each of n unit vectors, and their weights, whose sum is 1.
+def cone(centre: tuple[Any, ...], half_angle: float, step: float, turn: float = 0.0) -> tuple[Vector, Values]:
+    """Directions (nodes, n) in a cone about each of n unit vectors, and their weights (nodes,), whose sum is 1.
 
     Gauss-Legendre in the solid angle times even steps of azimuth, exact for polynomials of 4 rings - 1 in the tangent
     plane. `turn`: of a step, so that the steps of two cones do not coincide.
@@ -239,14 +239,15 @@ def _cone(centre: tuple[Any, ...], half_angle: float, step: float, turn: float =
     lost = np.repeat(inside, steps)[:, None] * 2 * np.sin(np.radians(half_angle) / 2) ** 2
     forward, sideways = 1 - lost, np.sqrt(lost * (2 - lost))
     a, b = sideways * np.cos(azimuth), sideways * np.sin(azimuth)
-    # tangent vectors without a pole in the upper hemisphere (duff2017)
-    k = -1 / (1 + z)
-    cone = (
-        forward * x + a * (1 + x * x * k) + b * (x * y * k),
-        forward * y + a * (x * y * k) + b * (1 + y * y * k),
-        forward * z - a * x - b * y,
+    # tangent vectors without a pole (duff2017)
+    sign = np.where(z < 0, -1.0, 1.0)
+    k = -1 / (sign + z)
+    nodes = (
+        forward * x + a * (1 + sign * x * x * k) + b * (x * y * k),
+        forward * y + a * (sign * x * y * k) + b * (sign + y * y * k),
+        forward * z - a * sign * x - b * y,
     )
-    return cone, np.repeat(portions / 2 / steps, steps)
+    return nodes, np.repeat(portions / 2 / steps, steps)
 
 
 def _refuse_horizon(geometry: Geometry) -> None:

@@ -1,0 +1,1 @@
+"""Magnitudes and albedos, as plain data and for people."""

@@ -21,6 +21,7 @@ from gonio.measured.sound import is_stated
 from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
 from gonio.units import unit_label
+from gonio.viewing.sparse import is_table, sparse, table_of
 
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
 NUMBERS = ("theta_i", "theta_r", "phi", "phi_i", "signed", "value", "uncertainty", "weight")
@@ -51,7 +52,10 @@ class Columns:
 
 
 def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
-    """The columns of a scan; ValueError where it holds no value that is in use."""
+    """The columns of a scan, of a table at some directions; ValueError where it holds no value that is in use."""
+    whole = scan
+    if of_table := is_table(scan):
+        scan = sparse(scan)
     flat = dataset.points(scan)
     total = flat.sizes["direction"]
     if not total:
@@ -96,7 +100,19 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
             for a, b in zip(first, ends, strict=True)
         ],
     }
+    if of_table:
+        header |= _about_table(whole, labels)
     return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+
+
+def _about_table(whole: xr.Dataset, labels: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of how many values of a table the rows were interpolated, and how the page finds the table itself."""
+    said: dict[str, Any] = {"total": int(np.isfinite(whole["brdf"].values).sum()), "masked": 0, "interpolated": True}
+    if table := table_of(whole):
+        blocks = [str(label.get("channel", "")) for label in labels]
+        planes = [blocks.index(c) if c in blocks else -1 for c in table.channels]
+        said["table"] = {"size": list(table.size), "around": table.around, "planes": planes}
+    return said
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:

@@ -7,6 +7,7 @@ import * as gl from "gonio/gl.js";
 import * as keys from "gonio/keys.js";
 import * as lobe from "gonio/lobe.js";
 import * as map from "gonio/map.js";
+import { fetchTables } from "gonio/modelled.js";
 import * as panel from "gonio/panel.js";
 import * as source from "gonio/source.js";
 import * as sphere from "gonio/sphere.js";
@@ -54,6 +55,7 @@ async function start() {
   panel.mount(place("panel"), store, actions);
   curves.mount(place("curves"), store, actions);
   gl.start(store);
+  fetchTables(store);
   map.mount(place("map"), store);
   lobe.mount(place("lobe"), store);
   sphere.mount(place("sphere"), store);

@@ -5,8 +5,8 @@ import { PATCHES, VERTICES } from "gonio/vendor/teapot.js";
 const ROUND = { around: 96, up: 48 };
 const STEPS = 8; // of each side of a patch
 const ASIDE = 1e-3; // where a patch has shrunk to a point its normal is that of a point beside it
-const SIZE = 0.31; // of the teapot in the view, and where its middle is
-const MIDDLE = 1.3;
+const SIZE = 0.28; // of the teapot in the view, and where its middle is
+const MIDDLE = [0.22, 0, 1.3];
 
 // A grid of vertices as two triangles for each of its cells.
 function indices(rows, columns, first = 0) {
@@ -42,7 +42,7 @@ export function teapot() {
     for (let a = 0; a <= STEPS; a++) {
       for (let b = 0; b <= STEPS; b++) {
         const [x, y, z] = at(points, cubic(a / STEPS), cubic(b / STEPS));
-        position.push(SIZE * x, SIZE * y, SIZE * (z - MIDDLE));
+        position.push(...[x, y, z].map((c, k) => SIZE * (c - MIDDLE[k])));
         normal.push(...normalAt(points, a / STEPS, b / STEPS));
       }
     }

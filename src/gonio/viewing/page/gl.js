@@ -37,7 +37,7 @@ export function start(store) {
   });
   window.addEventListener("pagehide", release);
   window.addEventListener("pageshow", (event) => event.persisted && extension()?.restoreContext());
-  store.watch(["model"], (state) => load(store, state.model.declaration.name));
+  store.watch(["model"], (state) => state.model && load(store, state.model.declaration.name));
 }
 
 // What a view says where it cannot draw.
@@ -64,6 +64,8 @@ function renew() {
   shared.programs.clear();
   const { width, height } = shared.canvas;
   shared.renderer = new Renderer({ canvas: shared.canvas, width, height, ...ATTRIBUTES });
+  // OGL takes this for given: three colours are drawn one after the other, each as near as the one before.
+  shared.renderer.gl.depthFunc(shared.renderer.gl.LEQUAL);
 }
 
 // The shader of a model: {name, text}, or {name, why} where there is none.

@@ -2,7 +2,7 @@
 
 import { cosine, detector, light } from "gonio/angles.js";
 import { dark, ofStyle } from "gonio/colours.js";
-import { evaluator } from "gonio/compute.js";
+import { evaluator, isReady } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
 import { excuse, geometry, mesh, paint, program, settling } from "gonio/gl.js";
 import { haloed } from "gonio/hemisphere.js";
@@ -11,7 +11,7 @@ import { cellLabel, number, QUANTITIES, valueLabel } from "gonio/words.js";
 
 const LARGEST = 400; // CSS pixels
 const DEGREE = Math.PI / 180;
-const DECADES = 4; // of a logarithmic radius, at most
+const DECADES = 6; // of a logarithmic radius, at most
 const STEP = { coarse: 8, fine: 3 }; // deg of the surface
 const NEAR = [0.2, 0.5, 1, 1.7, 2.6, 4, 6, 9, 13]; // deg from the mirror direction: a narrow lobe is not missed
 const REACH = 0.72; // of half the view: radius 1
@@ -83,7 +83,7 @@ export function mount(root, store) {
   function draw(coarse, same = false) {
     const state = store.get();
     const width = Math.min(LARGEST, Math.floor(root.clientWidth));
-    if (!width || !state.model) return;
+    if (!width || !isReady(state)) return;
     turn.show(state.orbit[0]);
     tilt.show(state.orbit[1]);
     const dpr = window.devicePixelRatio || 1;

@@ -2,13 +2,13 @@
 
 import { cosine, detector, light } from "gonio/angles.js";
 import { dark } from "gonio/colours.js";
-import { cellsShown, evaluator } from "gonio/compute.js";
+import { cellsShown, evaluator, isReady } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { excuse, settling } from "gonio/gl.js";
 import { decorate, paintFunction, paintPoints, placeOf } from "gonio/hemisphere.js";
 import { aboutTable, measured, modelled } from "gonio/modelled.js";
 import { bar, DIVERGING, drawBar, rangeOf, scaleOf, SEQUENTIAL } from "gonio/palette.js";
-import { cellLabel, number, QUANTITIES, valueLabel } from "gonio/words.js";
+import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
 
 const MARGIN = { side: 32, top: 22, bottom: 20 };
 const LARGEST = 400; // CSS pixels of a hemisphere
@@ -74,6 +74,7 @@ export function mount(root, store) {
 
   function controls(state) {
     const set = state.sets[state.set];
+    if (!set.cells) return;
     const shown = cellsShown(state);
     cells.replaceChildren(...shown.map((k) => element("option", { value: String(k) }, `θᵢ ${cellLabel(set, k)}`)));
     compared.hidden = !state.difference;
@@ -84,7 +85,7 @@ export function mount(root, store) {
   function draw(coarse) {
     const state = store.get();
     const width = Math.floor(root.clientWidth);
-    if (!width || !state.model) return;
+    if (!width || !isReady(state)) return;
     const set = state.sets[state.set];
     const shown = drawnOf(state);
     cells.value = String(state.cell);
@@ -109,7 +110,8 @@ export function mount(root, store) {
   function describe(state, shown, width) {
     const said = words(state, shown);
     canvas.ariaLabel = said;
-    note.textContent = `${said} ${aboutTable(state)}`.trim();
+    const drawn = shown.views.includes("data") && measured(state, state.block) ? "Data: the cell of the table in each direction." : "";
+    note.textContent = [said, shownOf(state.sets[state.set]), drawn, aboutTable(state)].filter(Boolean).join(" ");
     colours.hidden = !shown.scale;
     if (!shown.scale) return;
     Object.assign(shown.scale, beyond(state, shown));

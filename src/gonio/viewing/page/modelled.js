@@ -3,6 +3,7 @@
 import { valuesOf } from "gonio/compute.js";
 import { forget, once, texture } from "gonio/gl.js";
 import { ofModel, ofTable } from "gonio/shading.js";
+import * as source from "gonio/source.js";
 
 // Integrals within integrals for every pixel: a driver takes minutes, or stops. These are drawn from a table.
 const TABULATED = new Set(["modified-beckmann-kirchhoff"]);
@@ -80,6 +81,21 @@ function raised([x, y, z]) {
   if (z >= GRAZING) return [x, y, z];
   const share = Math.sqrt(1 - GRAZING ** 2) / Math.hypot(x, y);
   return [x * share, y * share, GRAZING];
+}
+
+// Asks for the table of a scan when it is first shown.
+export function fetchTables(store) {
+  store.watch(["set", "sets"], async (state) => {
+    const { table } = state.sets[state.set];
+    if (!table || table.asked) return;
+    table.asked = true;
+    try {
+      table.numbers = await source.table(state.set);
+      store.set({ tables: (store.get().tables ?? 0) + 1 });
+    } catch (error) {
+      store.set({ error: error.message });
+    }
+  });
 }
 
 // The table of a file for one set of directions; null where it has none, or before it is here.

@@ -26,7 +26,7 @@ precision highp sampler2D;
 `;
 
 // The views, for a function float brdf(vec3 w_i, vec3 w_r), 1/sr. A negative value is none.
-const VIEWS = `
+export const VIEWS = `
 in vec2 place;
 in vec3 outward;
 out vec4 colour;

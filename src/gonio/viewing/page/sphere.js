@@ -2,7 +2,7 @@
 
 import { sphere, teapot } from "gonio/bodies.js";
 import { dark, ofStyle } from "gonio/colours.js";
-import { cellsShown, valuesOf } from "gonio/compute.js";
+import { cellsShown, isReady, valuesOf } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { camera, excuse, geometry, mesh, once, paint, program, settling, shareOf, timed } from "gonio/gl.js";
 import { uniformsOf } from "gonio/hemisphere.js";
@@ -65,7 +65,7 @@ export function mount(root, store) {
   function draw(coarse) {
     const state = store.get();
     const width = Math.min(LARGEST, Math.floor(root.clientWidth));
-    if (!width || !state.model) return;
+    if (!width || !isReady(state)) return;
     across.show(state.lamp[0]);
     upwards.show(state.lamp[1]);
     exposure.show(Number(exposure.input.value));
@@ -135,7 +135,8 @@ export function mount(root, store) {
     const f = module.f(values, lamp, [0, 0, 1]);
     const angle = Math.acos(lamp[2]) / DEGREE;
     const of = state.litFrom === "table" ? "The table of the file" : declaration.name;
-    const middle = `in the middle of the sphere θᵢ is ${number(angle, 3)}° and the model ${number(f, 3)} ${unit(set.unit)}`;
+    const modelled = state.litFrom === "table" ? "" : ` and the model ${number(f, 3)} ${unit(set.unit)}`.trimEnd();
+    const middle = `in the middle of the sphere θᵢ is ${number(angle, 3)}°, θᵣ 0°${modelled}`;
     const white = set.relative
       ? "Relative values: their geometric mean is drawn as mid grey (18 %)."
       : "White is a perfect diffuser that is lit straight.";
@@ -148,7 +149,7 @@ export function mount(root, store) {
   }
 
   const redraw = settling(draw);
-  store.watch(["set", "sets", "tables"], controls);
+  store.watch(["set", "sets", "tables", "litFrom"], controls);
   store.watch(["set", "sets", "block", "cell", "values", "groups", "model", "shader", "graphics", "body", "lamp", "litFrom", "theme", "tables"], redraw);
   new ResizeObserver(() => draw(false)).observe(root);
   dark.addEventListener("change", () => draw(false));

@@ -1,5 +1,6 @@
 """Hemisphere, lobe and lit sphere in a browser: what they draw, what they say of it, and how quickly."""
 
+import base64
 import re
 import statistics
 
@@ -7,7 +8,6 @@ import numpy as np
 import pytest
 
 from gonio import catalogue, simulate
-from gonio.formats.merl import FORMAT, directions
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
@@ -39,6 +39,17 @@ def colours():
     return make_scan(*(columns[n] for n in ("theta_i", "theta_r", "brdf", "phi")), coordinates={"channel": channel})
 
 
+BYTES = """
+(at) => {
+  const { width, height } = document.querySelector(at);
+  const { data } = document.querySelector(at).getContext("2d").getImageData(0, 0, width, height);
+  let text = "";
+  for (let k = 0; k < data.length; k += 4096) text += String.fromCharCode(...data.subarray(k, k + 4096));
+  return [width, height, btoa(text)];
+}
+"""
+
+
 class Page:
     """A page in one file, and what it wrote to the console."""
 
@@ -51,7 +62,9 @@ class Page:
         self.page.on("pageerror", lambda e: self.said.append(str(e)))
         self.path = path.as_uri()
 
-    def open(self):
+    def open(self, before=""):
+        if before:
+            self.page.add_init_script(before)
         self.page.goto(self.path)
         self.page.wait_for_selector("html[data-ready=true]", timeout=20_000)
         self.settle()
@@ -66,12 +79,8 @@ class Page:
 
     def pixels(self, canvas):
         """The picture of a canvas as bytes (height, width, 4)."""
-        width, height, content = self.page.evaluate(
-            "(at) => { const c = document.querySelector(at);"
-            " return [c.width, c.height, [...c.getContext('2d').getImageData(0, 0, c.width, c.height).data]]; }",
-            canvas,
-        )
-        return np.array(content, dtype=np.uint8).reshape(height, width, 4)
+        width, height, content = self.page.evaluate(BYTES, canvas)
+        return np.frombuffer(base64.b64decode(content), dtype=np.uint8).reshape(height, width, 4)
 
     def label(self, canvas):
         return self.page.get_attribute(canvas, "aria-label")
@@ -119,7 +128,7 @@ def test_the_hemisphere_has_the_colours_of_the_model(shown):
         const set = state.sets[0];
         const { start, end, theta_i } = set.cells[1];
         const scale = scaleOf(...rangeOf(set.value.slice(start, end), true), true, SEQUENTIAL);
-        const f = evaluator(state, 1)(light(theta_i))([Math.sin(0.35), 0, Math.cos(0.35)]);
+        const f = evaluator(state, 1)(light(theta_i))([-Math.sin(0.35), 0, Math.cos(0.35)]);
         return [colourAt(scale, f), scale.place(f)];
     """)
     assert 0 < scale < 1
@@ -127,7 +136,7 @@ def test_the_hemisphere_has_the_colours_of_the_model(shown):
     height, width, _ = picture.shape
     across = 400  # CSS pixels, and here those of the picture
     left, top = 32, 22  # of map.js: MARGIN
-    x = left + across // 2 - round(0.35 / (np.pi / 2) * across / 2)  # phi 0 is on the left
+    x = left + across // 2 + round(0.35 / (np.pi / 2) * across / 2)  # phi 180 is on the right
     found = picture[top + across // 2 + 2, x, :3].astype(int)
     np.testing.assert_allclose(found, colour, atol=6)  # two pixels beside the place, 256 colours
     shown.run("store.set({ mapView: 'both', cell: 0 });")
@@ -136,12 +145,15 @@ def test_the_hemisphere_has_the_colours_of_the_model(shown):
 def test_a_click_reads_the_nearest_direction(shown):
     shown.run("await actions.chooseSet(1); store.set({ mapView: 'data' });")
     shown.settle()
+    shown.page.query_selector(MAP).scroll_into_view_if_needed()
     box = shown.page.query_selector(MAP).bounding_box()
     # theta_r 60 deg, phi 40 deg: to the left and down
     r = 60 / 90 * 200
     x, y = 32 + 200 - r * np.cos(np.radians(40)), 22 + 200 + r * np.sin(np.radians(40))
     shown.page.mouse.click(box["x"] + x + 6, box["y"] + y - 6)
-    row = shown.run("store.flush(); const s = store.get(); const set = s.sets[s.set]; const { row } = s.cursor; return [set.theta_r[row], set.phi[row]];")
+    row = shown.run(
+        "store.flush(); const s = store.get(); const set = s.sets[s.set]; const { row } = s.cursor; return [set.theta_r[row], set.phi[row]];"
+    )
     assert row == [60.0, 40.0]
     assert "θᵣ 60°, φ 40°" in shown.text("#status")
     shown.run("await actions.chooseSet(0); store.set({ mapView: 'both' });")
@@ -190,6 +202,85 @@ def test_a_slider_event_is_quick(shown):
         medians.append(statistics.median(times))
         if medians[-1] < MOST:
             break
-    print(medians)
     assert min(medians) < MOST
     shown.run("store.set({ mapView: 'both' });")
+
+
+LOSE = """
+  const { once } = await import("gonio/gl.js");
+  window.losing = once("square").gl.getExtension("WEBGL_lose_context");
+  window.losing.loseContext();
+  await new Promise((done) => setTimeout(done, 300));
+"""
+
+
+def test_a_lost_context_is_told_and_drawn_again(shown):
+    shown.settle()
+    before = shown.pixels(BODY)
+    shown.run(LOSE)
+    assert "graphics driver has stopped" in shown.text("#sphere .warning")
+    shown.run("window.losing.restoreContext(); await new Promise((done) => setTimeout(done, 300));")
+    shown.settle()
+    assert shown.text("#sphere .warning") == ""
+    np.testing.assert_array_equal(shown.pixels(BODY), before)
+
+
+WITHOUT = """
+const real = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+  return kind.startsWith("webgl") ? null : real.call(this, kind, ...more);
+};
+"""
+
+
+def test_without_webgl_the_views_say_so(chromium, tmp_path):
+    """The curves are drawn all the same."""
+    page = Page(chromium, tmp_path, Session([Opened("plane", simulated())], model="lambert"), ["lambert"]).open(WITHOUT)
+    for view in ("map", "lobe", "sphere"):
+        assert "no WebGL 2" in page.text(f"#{view} .warning")
+    assert page.page.query_selector("#curves canvas")
+    assert page.said == []
+    page.page.close()
+
+
+def test_a_shader_that_does_not_compile_is_told(chromium, tmp_path, monkeypatch):
+    monkeypatch.setattr("gonio.viewing.assembled.shader", lambda model: "float brdf(vec3 w_i, vec3 w_r) { return oh; }")
+    page = Page(chromium, tmp_path, Session([Opened("plane", simulated())], model="lambert"), ["lambert"]).open()
+    assert "does not compile lambert" in page.text("#sphere .warning")
+    assert "oh" in page.text("#map .warning")
+    assert page.page.query_selector("#curves canvas")
+    assert "model" in page.label(LOBE)  # it is computed, and drawn without the shader of the model
+    page.page.close()
+
+
+def test_relative_values_are_drawn_as_grey(chromium, tmp_path):
+    """What is sent back as much as on geometric average is drawn as 18 % of white."""
+    scan = simulate(catalogue["lambert"], {"rho_d": 700.0}, [0.0, 45.0], ANGLES, unit="a.u.")
+    page = Page(chromium, tmp_path, Session([Opened("plane", scan)], model="lambert"), ["lambert"]).open()
+    page.run("store.set({ lamp: [0, 0] });")
+    page.settle()
+    picture = page.pixels(BODY)
+    middle = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0]
+    np.testing.assert_allclose(middle, 255 * (1.055 * 0.18 ** (1 / 2.4) - 0.055), atol=1)  # as sRGB encodes it
+    assert "mid grey" in page.text("#sphere .note")
+    page.page.close()
+
+
+def test_a_model_with_integrals_within_integrals_is_drawn_from_a_table(chromium, tmp_path):
+    """The table has 19 200 cells: its interpolation is within a tenth of the formula in the middle of the sphere."""
+    name = "modified-beckmann-kirchhoff"
+    page = Page(chromium, tmp_path, Session([Opened("plane", simulated())], model=name), [name]).open()
+    page.page.wait_for_timeout(1500)
+    picture = page.pixels(BODY)
+    found = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0] / 255
+    expected = page.run("""
+        const { module } = store.get().model;
+        const { valuesOf } = await import("gonio/compute.js");
+        const [a, b] = store.get().lamp.map((t) => (t * Math.PI) / 180);
+        const lamp = [Math.sin(a) * Math.cos(b), Math.sin(b), Math.cos(a) * Math.cos(b)];
+        return Math.PI * module.f(valuesOf(store.get(), 0), lamp, [0, 0, 1]) * lamp[2];
+    """)
+    encoded = 1.055 * expected ** (1 / 2.4) - 0.055 if expected > 0.0031308 else 12.92 * expected
+    np.testing.assert_allclose(found, min(encoded, 1), rtol=0.1)
+    assert "from a table" in page.text("#sphere .note")
+    page.page.close()

@@ -99,6 +99,14 @@ function radiiOf(set, rows, half) {
   });
 }
 
+// What is seen where nothing was measured: grey, as the middle of a scale of ratios is white.
+export function ground(ctx, box) {
+  ctx.fillStyle = ofStyle("line");
+  ctx.beginPath();
+  ctx.arc(box.x + box.width / 2, box.y + box.height / 2, box.width / 2, 0, 2 * Math.PI);
+  ctx.fill();
+}
+
 // Rings, azimuths, the mirror direction, the direction of the light, and the direction that is read.
 export function decorate(ctx, box, theta_i, title, cursor) {
   const dpr = window.devicePixelRatio || 1;

@@ -229,7 +229,7 @@ function dotsOf(gl, { set, rows, measured, radius, scale }) {
 const triple = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
 
 const AZIMUTHS = [[0, "φ 0°"], [90, "90°"], [180, "180° forward"], [270, "270°"]];
-const STEEP = 12; // deg: the light and the mirror direction of a smaller angle have no room for labels beside the normal's
+const STEEP = 20; // deg: the light and the mirror direction of a smaller angle have no room for labels beside the normal's
 
 const placed = (view, [x, y, z]) => {
   const [u, v] = view.matrix.map((row) => row[0] * x + row[1] * y + row[2] * z);

@@ -5,7 +5,7 @@ import { dark } from "gonio/colours.js";
 import { cellsShown, evaluator, isReady } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { excuse, settling } from "gonio/gl.js";
-import { decorate, paintFunction, paintPoints, placeOf } from "gonio/hemisphere.js";
+import { decorate, ground, paintFunction, paintPoints, placeOf } from "gonio/hemisphere.js";
 import { aboutTable, measured, modelled } from "gonio/modelled.js";
 import { bar, DIVERGING, drawBar, rangeOf, scaleOf, SEQUENTIAL } from "gonio/palette.js";
 import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
@@ -97,6 +97,7 @@ export function mount(root, store) {
     wrong.textContent = excuse(state.graphics);
     const cursor = state.cursor?.cell === state.cell ? [set.theta_r[state.cursor.row], set.phi[state.cursor.row]] : null;
     shown.views.forEach((view, n) => {
+      ground(ctx, boxes[n]);
       try {
         if (state.graphics > 0 && shown.scale) paintView(ctx, boxes[n], state, view, shown, coarse);
       } catch (error) {

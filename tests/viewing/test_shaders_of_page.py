@@ -48,12 +48,14 @@ in vec2 at; void main() { gl_Position = vec4(at, 0.0, 1.0); }`));
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, gl.FLOAT, numbers);
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   };
   const place = (name) => gl.getUniformLocation(program, name);
   if (values) gl.uniform1fv(place("brdf_values"), values);
   if (pre?.length && place("brdf_pre")) gl.uniform1fv(place("brdf_pre"), pre);
-  if (extra) texture(1, extra.width, extra.numbers.length / extra.width, gl.R32F, gl.RED, Float32Array.from(extra.numbers));
+  const rows = extra ? extra.numbers.length / extra.width : 0;
+  if (extra) texture(1, extra.width, rows, gl.R32F, gl.RED, Float32Array.from(extra.numbers));
   if (extra) gl.uniform1i(place("numbers"), 1);
   texture(2, 2, count, gl.RGBA32F, gl.RGBA, Float32Array.from(pairs));
   gl.uniform1i(place("listed"), 2);
@@ -149,5 +151,5 @@ def test_the_shader_of_a_table_finds_each_cell(shape, around, page):
     padded = np.zeros(-(-numbers.size // 2048) * 2048)
     padded[: numbers.size] = numbers.ravel()
     extra = {"width": 2048, "numbers": padded.tolist()}
-    found = drawn(page, {"table": [list(shape), 2048, around, False]}, listed(geometry), extra=extra)
+    found = drawn(page, {"table": [list(shape), 2048, around]}, listed(geometry), extra=extra)
     np.testing.assert_array_equal(found, numbers[above])

@@ -1,14 +1,15 @@
 // The model, and the table of a file, as the graphics draw them.
 
+import { detector, light } from "gonio/angles.js";
 import { valuesOf } from "gonio/compute.js";
 import { forget, once, texture } from "gonio/gl.js";
-import { ofModel, ofTable } from "gonio/shading.js";
+import { ofAngles, ofModel, ofTable } from "gonio/shading.js";
 import * as source from "gonio/source.js";
 
 // Integrals within integrals for every pixel: a driver takes minutes, or stops. These are drawn from a table.
 const TABULATED = new Set(["modified-beckmann-kirchhoff"]);
-const SIZES = { coarse: [12, 10, 12], fine: [40, 20, 24] };
-const GRAZING = 0.02; // cosine of a direction below the horizon, which its cell is given instead
+const SIZES = { coarse: [6, 10, 10], fine: [15, 20, 16] }; // over theta_i, theta_r and phi
+const GRAZING = 89; // deg, of the last angles of a table: at 90 deg there is no light
 const ROW = 2048; // numbers in a row of a texture
 
 // {name, fragment, uniforms} of the model for a cell; null while its shader is on its way. Throws where there is none.
@@ -30,15 +31,14 @@ let kept = { key: "", numbers: null };
 
 function fromTable(declaration, module, values, coarse) {
   const size = coarse ? SIZES.coarse : SIZES.fine;
-  const around = declaration.violates.includes("reciprocity") ? 2 * Math.PI : Math.PI;
   const key = [declaration.name, size, values].join();
   if (kept.key !== key) {
-    kept = { key, numbers: tabulated(module, values, size, around) };
+    kept = { key, numbers: tabulated(module, values, size) };
     forget("model table");
   }
   const numbers = once("model table", (gl) => inRows(gl, kept.numbers));
-  const name = `${declaration.name} ${size}`;
-  return { name, fragment: ofTable(size, ROW, around, true), uniforms: { numbers: { value: numbers }, plane: { value: 0 } } };
+  const uniforms = { numbers: { value: numbers }, plane: { value: 0 } };
+  return { name: `${declaration.name} ${size}`, fragment: ofAngles(size, ROW), uniforms };
 }
 
 // A texture of single numbers, in rows of ROW.
@@ -52,35 +52,23 @@ function inRows(gl, numbers) {
   return texture(gl, full, ROW, height, { internalFormat: gl.R32F, format: gl.RED, type: gl.FLOAT });
 }
 
-// Values at the middles of cells over theta_h (by the root), theta_d and phi_d.
-export function tabulated(module, values, [hs, ds, ps], around) {
+// Values over theta_i, theta_r and phi: what depends on the light alone, which is slow, is computed for few angles.
+export function tabulated(module, values, [lights, views, azimuths]) {
   const pre = module.pre(values);
-  const out = new Float32Array(hs * ds * ps);
+  const out = new Float32Array(lights * views * azimuths);
+  const polar = (k, count) => Math.min((90 * k) / (count - 1), GRAZING);
   let at = 0;
-  for (let h = 0; h < hs; h++) {
-    const theta_h = (Math.PI / 2) * ((h + 0.5) / hs) ** 2;
-    for (let d = 0; d < ds; d++) {
-      const theta_d = ((Math.PI / 2) * (d + 0.5)) / ds;
-      for (let p = 0; p < ps; p++) {
-        const [wi, wr] = pair(theta_h, theta_d, (around * (p + 0.5)) / ps);
-        const f = module.reflected(values, pre, module.inc(values, pre, wi), wi, wr);
+  for (let a = 0; a < lights; a++) {
+    const wi = light(polar(a, lights));
+    const inc = module.inc(values, pre, wi);
+    for (let b = 0; b < views; b++) {
+      for (let c = 0; c < azimuths; c++) {
+        const f = module.reflected(values, pre, inc, wi, detector(polar(b, views), (180 * c) / (azimuths - 1)));
         out[at++] = Number.isFinite(f) ? f : 0;
       }
     }
   }
   return out;
-}
-
-function pair(theta_h, theta_d, phi_d) {
-  const [c, s] = [Math.cos(theta_h), Math.sin(theta_h)];
-  const [x, y, z] = [Math.sin(theta_d) * Math.cos(phi_d), Math.sin(theta_d) * Math.sin(phi_d), Math.cos(theta_d)];
-  return [raised([c * x + s * z, y, c * z - s * x]), raised([s * z - c * x, -y, c * z + s * x])];
-}
-
-function raised([x, y, z]) {
-  if (z >= GRAZING) return [x, y, z];
-  const share = Math.sqrt(1 - GRAZING ** 2) / Math.hypot(x, y);
-  return [x * share, y * share, GRAZING];
 }
 
 // Asks for the table of a scan when it is first shown.
@@ -105,6 +93,6 @@ export function measured(state, block) {
   if (!table?.numbers) return null;
   const numbers = once(`table ${state.set}`, (gl) => inRows(gl, table.numbers));
   const uniforms = { numbers: { value: numbers }, plane: { value: table.planes.indexOf(block) } };
-  const fragment = ofTable(table.size, ROW, table.around, false);
+  const fragment = ofTable(table.size, ROW, table.around);
   return { name: `table of the file ${table.size}`, fragment, uniforms };
 }

@@ -82,21 +82,24 @@ void main() {
 
 export const ofModel = (text) => HEAD + text + VIEWS;
 
-// A table over theta_h, theta_d and phi_d as MERL has it: theta_h by the root, phi_d over half a circle or all of it.
-// Planes lie one after the other, in rows of `width` numbers. smooth: between the middles of cells, else of the cell.
-export const ofTable = ([h, d, p], width, around, smooth) =>
-  HEAD +
-  `
+const CELLS = ([a, b, c], width) => `
 uniform sampler2D numbers;
 uniform int plane;
-const ivec3 SIZE = ivec3(${h}, ${d}, ${p});
+const ivec3 SIZE = ivec3(${a}, ${b}, ${c});
 
 float cell(ivec3 k) {
-    k = ivec3(clamp(k.xy, ivec2(0), SIZE.xy - 1), (k.z + SIZE.z) % SIZE.z);
+    k = clamp(k, ivec3(0), SIZE - 1);
     int at = ((plane * SIZE.x + k.x) * SIZE.y + k.y) * SIZE.z + k.z;
     return texelFetch(numbers, ivec2(at % ${width}, at / ${width}), 0).r;
 }
+`;
 
+// A table over theta_h, theta_d and phi_d as MERL has it: theta_h by the root, phi_d over half a circle or all of it.
+// Planes lie one after the other, in rows of `width` numbers. Each direction has the number of its cell.
+export const ofTable = (size, width, around) =>
+  HEAD +
+  CELLS(size, width) +
+  `
 float brdf(vec3 w_i, vec3 w_r) {
     if (w_i.z <= 0.0 || w_r.z <= 0.0) return 0.0;
     vec3 half_way = normalize(w_i + w_r);
@@ -105,16 +108,23 @@ float brdf(vec3 w_i, vec3 w_r) {
     vec2 azimuth = across > 1e-6 ? half_way.xy / across : vec2(1.0, 0.0);
     vec3 d = vec3(w_i.x * azimuth.x + w_i.y * azimuth.y, w_i.y * azimuth.x - w_i.x * azimuth.y, w_i.z);
     d = vec3(d.x * half_way.z - d.z * across, d.y, d.x * across + d.z * half_way.z);
-    float phi_d = atan(d.y, d.x);
-    float part = phi_d / ${around.toFixed(9)};
+    float part = atan(d.y, d.x) / ${around.toFixed(9)};
     vec3 share = vec3(sqrt(theta_h / 1.57079633), acos(clamp(d.z, -1.0, 1.0)) / 1.57079633, part - floor(part));
-    vec3 at = share * vec3(SIZE);
-    ${smooth ? SMOOTH : "return cell(ivec3(min(at, vec3(SIZE) - 0.5)));"}
+    return cell(ivec3(share * vec3(SIZE)));
 }
 ` +
   VIEWS;
 
-const SMOOTH = `at -= 0.5;
+// A table over theta_i, theta_r and phi from 0 to 180 deg, with numbers at both ends of each; linear between them.
+export const ofAngles = (size, width) =>
+  HEAD +
+  CELLS(size, width) +
+  `
+float brdf(vec3 w_i, vec3 w_r) {
+    if (w_i.z <= 0.0 || w_r.z <= 0.0) return 0.0;
+    float across = length(w_i.xy) * length(w_r.xy);
+    float phi = across > 1e-9 ? acos(clamp(dot(w_i.xy, w_r.xy) / across, -1.0, 1.0)) : 0.0;
+    vec3 at = vec3(acos(min(w_i.z, 1.0)), acos(min(w_r.z, 1.0)), 0.5 * phi) / 1.57079633 * vec3(SIZE - 1);
     vec3 low = floor(at);
     vec3 t = at - low;
     float total = 0.0;
@@ -123,7 +133,10 @@ const SMOOTH = `at -= 0.5;
         vec3 weight = mix(1.0 - t, t, vec3(corner));
         total += weight.x * weight.y * weight.z * cell(ivec3(low) + corner);
     }
-    return total;`;
+    return total;
+}
+` +
+  VIEWS;
 
 // Measured directions from above: each colours what is nearer to it than to any other, no further than its radius.
 export const POINTS_VERTEX = `#version 300 es

@@ -68,3 +68,11 @@ def test_other_scans_are_no_tables(aluminium):
     assert not is_table(scan)
     assert table_of(scan) is None
     assert "interpolated" not in columns_of("scan", scan).header
+
+
+def test_the_values_of_a_small_grid_are_shown_themselves(scan):
+    """Nothing is interpolated where there are no more values than a page has room for."""
+    small = scan.isel(theta_h=slice(0, 20), theta_d=slice(0, 10), phi_d=slice(0, 4))
+    header = columns_of("small", small).header
+    assert "interpolated" not in header
+    assert header["shown"] == int(np.isfinite(small["brdf"].values).sum())

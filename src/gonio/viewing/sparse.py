@@ -27,13 +27,14 @@ INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)  # deg
 IN_PLANE = np.arange(-89.0, 89.5, 1.0)  # deg, signed
 BESIDE = np.array([0.1, 0.2, 0.35, 0.5, 0.75, 1.5])  # deg from the mirror direction, on both sides
 AROUND = (np.arange(5.0, 90.0, 5.0), np.arange(15.0, 360.0, 15.0))  # deg: theta_r and phi of the hemisphere
+FEWEST = 10_000  # values above which a grid is a table: of a smaller one the values themselves are shown
 NO_VALUE = -1.0  # in a table of float32: graphics need not know NaN
 
 
 def is_table(scan: xr.Dataset) -> bool:
-    """Whether a scan is on a grid of half-difference angles."""
+    """Whether a scan is on a grid of half-difference angles, and of more values than a page can show one by one."""
     system = system_of(scan)
-    return system is not None and system.name == SYSTEM and scan["brdf"].dims != ("direction",)
+    return scan["brdf"].size > FEWEST and system is not None and system.name == SYSTEM and scan["brdf"].dims != ("direction",)
 
 
 def sparse(scan: xr.Dataset) -> xr.Dataset:

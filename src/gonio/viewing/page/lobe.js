@@ -7,7 +7,7 @@ import { element } from "gonio/elements.js";
 import { excuse, geometry, mesh, paint, program, settling } from "gonio/gl.js";
 import { haloed } from "gonio/hemisphere.js";
 import { colourAt, rangeOf, scaleOf, SEQUENTIAL } from "gonio/palette.js";
-import { cellLabel, number, QUANTITIES, valueLabel } from "gonio/words.js";
+import { cellLabel, measuredWord, number, QUANTITIES, valueLabel } from "gonio/words.js";
 
 const LARGEST = 400; // CSS pixels
 const DEGREE = Math.PI / 180;
@@ -290,6 +290,6 @@ function words(state, lobe) {
   const radii = lobe.logarithmic
     ? `The radius is logarithmic, from ${number(lobe.floor, 3)} in the middle to ${number(lobe.most, 3)} at the ring`
     : `The radius is linear, from 0 in the middle to ${number(lobe.most, 3)} at the ring`;
-  const under = lobe.under ? `; ${lobe.under} measured values are lower and not drawn` : "";
-  return `${where}, ${label}. Surface: model, largest ${number(lobe.modelled[best], 3)} at θᵣ ${number(theta, 3)}°, φ ${number(phi, 3)}°. Points: ${lobe.measured.length} measured values. ${radii}${under}.`;
+  const under = lobe.under ? `; values that are lower are not drawn, of which there are ${lobe.under}` : "";
+  return `${where}, ${label}. Surface: model, largest ${number(lobe.modelled[best], 3)} at θᵣ ${number(theta, 3)}°, φ ${number(phi, 3)}°. Points: ${lobe.measured.length} ${measuredWord(set)} values. ${radii}${under}.`;
 }

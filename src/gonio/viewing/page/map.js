@@ -6,9 +6,9 @@ import { cellsShown, evaluator, isReady } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { excuse, settling } from "gonio/gl.js";
 import { decorate, ground, paintFunction, paintPoints, placeOf } from "gonio/hemisphere.js";
-import { aboutTable, measured, modelled } from "gonio/modelled.js";
+import { aboutTable, hasTable, measured, modelled } from "gonio/modelled.js";
 import { bar, DIVERGING, drawBar, rangeOf, scaleOf, SEQUENTIAL } from "gonio/palette.js";
-import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
+import { cellLabel, measuredWord, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
 
 const MARGIN = { side: 32, top: 22, bottom: 20 };
 const LARGEST = 400; // CSS pixels of a hemisphere
@@ -111,7 +111,7 @@ export function mount(root, store) {
   function describe(state, shown, width) {
     const said = words(state, shown);
     canvas.ariaLabel = said;
-    const drawn = shown.views.includes("data") && measured(state, state.block) ? "Data: the cell of the table in each direction." : "";
+    const drawn = shown.views.includes("data") && hasTable(state) ? "Data: the cell of the table in each direction." : "";
     note.textContent = [said, shownOf(state.sets[state.set]), drawn, aboutTable(state)].filter(Boolean).join(" ");
     colours.hidden = !shown.scale;
     if (!shown.scale) return;
@@ -239,12 +239,12 @@ function words(state, { views, rows, values, label }) {
     return `${where}: ${label} from ${number(low, 3)} to ${number(values[best], 3)} at ${rows.length} directions, ${at}.`;
   }
   const parts = [];
-  if (views.includes("data")) parts.push(`measured ${number(low, 3)} to ${number(values[best], 3)} at ${rows.length} directions, ${at}`);
+  if (views.includes("data")) parts.push(`${measuredWord(set)} ${number(low, 3)} to ${number(values[best], 3)} at ${rows.length} directions, ${at}`);
   if (views.includes("model")) {
     const { low: least, high, theta, phi } = modelRange(state);
     parts.push(`model ${number(least, 3)} to ${number(high, 3)}, largest near θᵣ ${number(theta, 3)}°, φ ${number(phi, 3)}°`);
   }
   const lost = state.scale === "log" ? values.filter((v) => v <= 0).length : 0;
-  const said = lost ? ` ${lost} values are zero or negative and have the lowest colour.` : "";
+  const said = lost ? ` Zero or negative values, of which there are ${lost}, have the lowest colour.` : "";
   return `${where}, ${label}: ${parts.join("; ")}.${said} The cross is the mirror direction, the small ring the light.`;
 }

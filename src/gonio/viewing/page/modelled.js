@@ -86,6 +86,13 @@ export function fetchTables(store) {
   });
 }
 
+// Whether the table of the file of the set that is shown is here.
+export const hasTable = (state) => Boolean(state.sets[state.set].table?.numbers);
+
+// What is said of a table that is not: a page that is a file does not hold it.
+export const withoutTable = (state) =>
+  state.sets[state.set].table && !source.served ? "The table itself is not in this page: gonio view draws it." : "";
+
 // The table of a file for one set of directions; null where it has none, or before it is here.
 export function measured(state, block) {
   const set = state.sets[state.set];

@@ -6,7 +6,7 @@ import { cellsShown, isReady, valuesOf } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { camera, excuse, geometry, mesh, once, paint, program, settling, shareOf, timed } from "gonio/gl.js";
 import { uniformsOf } from "gonio/hemisphere.js";
-import { aboutTable, measured, modelled } from "gonio/modelled.js";
+import { aboutTable, hasTable, measured, modelled, withoutTable } from "gonio/modelled.js";
 import { scaleOf, SEQUENTIAL } from "gonio/palette.js";
 import { OBJECT, VERTEX } from "gonio/shading.js";
 import { skyTable } from "gonio/skylight.js";
@@ -57,7 +57,7 @@ export function mount(root, store) {
   }
 
   function controls(state) {
-    from.hidden = !measured(state, state.block) && !state.sets[state.set].table;
+    from.hidden = !hasTable(state);
     if (from.hidden && state.litFrom === "table") store.set({ litFrom: "model" });
     for (const input of root.querySelectorAll("input[name=lit-from]")) input.checked = input.value === state.litFrom;
   }
@@ -145,7 +145,8 @@ export function mount(root, store) {
     const lit = `light ${side(state.lamp[0], "right", "left")} and ${side(state.lamp[1], "above", "below")}`;
     canvas.ariaLabel = `${state.body}, ${of}, ${lit}: ${middle}.`;
     const sky = dome.checked ? " The sky adds its directional reflectance, from a table of 64 angles." : "";
-    note.textContent = `${of}: ${middle}. ${white}${colours}${sky}${grouped} No shadows. ${aboutTable(state)}`.trim();
+    note.textContent = `${of}: ${middle}`.replace(/\.$/, "");
+    note.textContent += `. ${white}${colours}${sky}${grouped} No shadows. ${aboutTable(state)} ${withoutTable(state)}`.trimEnd();
   }
 
   const redraw = settling(draw);

@@ -34,7 +34,12 @@ NO_VALUE = -1.0  # in a table of float32: graphics need not know NaN
 def is_table(scan: xr.Dataset) -> bool:
     """Whether a scan is on a grid of half-difference angles, and of more values than a page can show one by one."""
     system = system_of(scan)
-    return scan["brdf"].size > FEWEST and system is not None and system.name == SYSTEM and scan["brdf"].dims != ("direction",)
+    return (
+        scan["brdf"].size > FEWEST
+        and system is not None
+        and system.name == SYSTEM
+        and scan["brdf"].dims != ("direction",)
+    )
 
 
 def sparse(scan: xr.Dataset) -> xr.Dataset:

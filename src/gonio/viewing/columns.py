@@ -68,7 +68,6 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     order = order[_kept(cell[order], most)]
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
-    ends = np.append(first[1:], len(cell))
     labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
@@ -88,21 +87,28 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
         "logarithmic": WEIGHTINGS[weighting].logarithmic,
         "by": list(by),
         "blocks": labels,
-        "cells": [
-            {
-                "block": int(block[a]),
-                "theta_i": float(flat["theta_i"].values[a]),
-                "phi_i": float(turned[a]),
-                "start": int(a),
-                "end": int(b),
-                "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
-            }
-            for a, b in zip(first, ends, strict=True)
-        ],
+        "cells": _cells(block, first, numbers),
     }
     if of_table:
         header |= _about_table(whole, labels)
     return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+
+
+def _cells(
+    block: npt.NDArray[np.intp], first: npt.NDArray[np.intp], numbers: dict[str, npt.NDArray[np.float64]]
+) -> list[dict[str, Any]]:
+    """Of every cell its block, its incidence, its rows, and how many of these lie in the plane of incidence."""
+    return [
+        {
+            "block": int(block[a]),
+            "theta_i": float(numbers["theta_i"][a]),
+            "phi_i": float(numbers["phi_i"][a]),
+            "start": int(a),
+            "end": int(b),
+            "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
+        }
+        for a, b in zip(first, np.append(first[1:], len(block)), strict=True)
+    ]
 
 
 def _about_table(whole: xr.Dataset, labels: list[dict[str, Any]]) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from gonio.measured.sound import is_stated
 from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
 from gonio.units import unit_label
+from gonio.viewing.sparse import is_table, sparse, table_of
 
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
 NUMBERS = ("theta_i", "theta_r", "phi", "phi_i", "signed", "value", "uncertainty", "weight")
@@ -51,7 +52,10 @@ class Columns:
 
 
 def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
-    """The columns of a scan; ValueError where it holds no value that is in use."""
+    """The columns of a scan, of a table at some directions; ValueError where it holds no value that is in use."""
+    whole = scan
+    if of_table := is_table(scan):
+        scan = sparse(scan)
     flat = dataset.points(scan)
     total = flat.sizes["direction"]
     if not total:
@@ -64,6 +68,7 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     order = order[_kept(cell[order], most)]
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
+    labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
     weighting, numbers["weight"] = _weights(scan, flat)
@@ -73,9 +78,11 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
         "weighting": weighting,
         "logarithmic": WEIGHTINGS[weighting].logarithmic,
         "by": list(by),
-        "blocks": [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)],
-        "cells": [_cell(numbers, block, a, b) for a, b in zip(first, np.append(first[1:], len(cell)), strict=True)],
+        "blocks": labels,
+        "cells": _cells(block, first, numbers),
     }
+    if of_table:
+        header |= _about_table(whole, labels)
     return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
 
 
@@ -93,15 +100,31 @@ def _header(name: str, scan: xr.Dataset, flat: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _cell(numbers: dict[str, npt.NDArray[Any]], block: npt.NDArray[np.intp], a: Any, b: Any) -> dict[str, Any]:
-    return {
-        "block": int(block[a]),
-        "theta_i": float(numbers["theta_i"][a]),
-        "phi_i": float(numbers["phi_i"][a]),
-        "start": int(a),
-        "end": int(b),
-        "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
-    }
+def _cells(
+    block: npt.NDArray[np.intp], first: npt.NDArray[np.intp], numbers: dict[str, npt.NDArray[np.float64]]
+) -> list[dict[str, Any]]:
+    """Of every cell its block, its incidence, its rows, and how many of these lie in the plane of incidence."""
+    return [
+        {
+            "block": int(block[a]),
+            "theta_i": float(numbers["theta_i"][a]),
+            "phi_i": float(numbers["phi_i"][a]),
+            "start": int(a),
+            "end": int(b),
+            "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
+        }
+        for a, b in zip(first, np.append(first[1:], len(block)), strict=True)
+    ]
+
+
+def _about_table(whole: xr.Dataset, labels: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of how many values of a table the rows were interpolated, and how the page finds the table itself."""
+    said: dict[str, Any] = {"total": int(np.isfinite(whole["brdf"].values).sum()), "masked": 0, "interpolated": True}
+    if table := table_of(whole):
+        blocks = [str(label.get("channel", "")) for label in labels]
+        planes = [blocks.index(c) if c in blocks else -1 for c in table.channels]
+        said["table"] = {"size": list(table.size), "around": table.around, "planes": planes}
+    return said
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:

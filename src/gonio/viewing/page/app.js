@@ -3,9 +3,14 @@
 import { actionsOf, fetched } from "gonio/actions.js";
 import { computed } from "gonio/compute.js";
 import * as curves from "gonio/curves.js";
+import * as gl from "gonio/gl.js";
 import * as keys from "gonio/keys.js";
+import * as lobe from "gonio/lobe.js";
+import * as map from "gonio/map.js";
+import { fetchTables } from "gonio/modelled.js";
 import * as panel from "gonio/panel.js";
 import * as source from "gonio/source.js";
+import * as sphere from "gonio/sphere.js";
 import { createStore } from "gonio/state.js";
 import * as status from "gonio/status.js";
 import * as top from "gonio/top.js";
@@ -49,6 +54,11 @@ async function start() {
   top.mount(place("top"), store, actions);
   panel.mount(place("panel"), store, actions);
   curves.mount(place("curves"), store, actions);
+  gl.start(store);
+  fetchTables(store);
+  map.mount(place("map"), store);
+  lobe.mount(place("lobe"), store);
+  sphere.mount(place("sphere"), store);
   status.mount(place("status"), store);
   keys.mount(document, store, actions);
   await actions.chooseSet(0);

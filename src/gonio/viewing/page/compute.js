@@ -9,6 +9,12 @@ const MOST = 20000; // values of which the agreement is computed at each move of
 // The values of the model for one cell, in the order of its functions.
 export const valuesOf = (state, cell) => state.values.map((own, k) => own[state.groups[k][cell]]);
 
+// Whether model and values are those of the set that is shown: while another is loaded they are not yet.
+export function isReady(state) {
+  const { cells } = state.sets[state.set];
+  return Boolean(state.model && cells?.[state.cell] && state.groups.length === state.values.length && state.groups.every((own) => own.length === cells.length));
+}
+
 // The cells of the block that is shown.
 export function cellsShown(state) {
   const { cells } = state.sets[state.set];

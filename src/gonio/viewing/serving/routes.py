@@ -15,6 +15,7 @@ from gonio.viewing.assembled import TYPES, parts, served
 from gonio.viewing.described import module, shader
 from gonio.viewing.serving.guard import Guard
 from gonio.viewing.session import Opened, Session
+from gonio.viewing.sparse import table_of
 
 
 def application(session: Session, token: str, port: int) -> Starlette:
@@ -24,6 +25,7 @@ def application(session: Session, token: str, port: int) -> Starlette:
         Route("/page/{name:path}", _part),
         Route("/api/session", _session),
         Route("/api/set/{place:int}.bin", _columns),
+        Route("/api/set/{place:int}/table.bin", _table),
         Route("/api/model/{name}.js", _model(module, "text/javascript")),
         Route("/api/model/{name}.glsl", _model(shader, "text/plain")),
     ]
@@ -55,6 +57,13 @@ async def _session(request: Request) -> Response:
 async def _columns(request: Request) -> Response:
     found = await asyncio.to_thread(lambda: opened_in(request).columns.encoded())
     return Response(found, media_type="application/octet-stream")
+
+
+async def _table(request: Request) -> Response:
+    table = table_of(opened_in(request).scan)
+    if table is None:
+        raise HTTPException(404, "this scan is no table that the page draws")
+    return Response(await asyncio.to_thread(table.encoded), media_type="application/octet-stream")
 
 
 def _model(text: Callable[[Any], str], kind: str) -> Callable[[Request], Any]:

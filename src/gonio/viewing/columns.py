@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.comparison.metrics import least
 from gonio.comparison.ranking import settled
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.measured import dataset
@@ -20,6 +21,7 @@ from gonio.measured.distinct import combined, distinct
 from gonio.measured.sound import is_stated
 from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
+from gonio.resampling.difference import FLOOR
 from gonio.units import unit_label
 
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
@@ -31,13 +33,16 @@ class Columns:
     """The rows of a scan, sorted by block and cell.
 
     header: what a page has to know of them, as JSON. points: the flat Dataset of the rows, in their order.
-    first: the first row of every cell. columns: float64 by name, each of the length of points.
+    rows: where they are among the values in use of the scan. first: the first row of every cell. columns: float64 by
+    name, each of the length of points. least: below which a logarithm says nothing, of the whole scan.
     """
 
     header: dict[str, Any]
     points: xr.Dataset
+    rows: npt.NDArray[np.intp]
     first: npt.NDArray[np.intp]
     columns: dict[str, npt.NDArray[np.float64]]
+    least: float
 
     def encoded(self) -> bytes:
         """All of it as bytes."""
@@ -62,13 +67,15 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     cell = combined([block, flat["theta_i"].values, turned])
     order = np.lexsort((_signed(flat), ~dataset.is_in_plane(flat), cell))
     order = order[_kept(cell[order], most)]
+    least_value = least(flat)
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
     ends = np.append(first[1:], len(cell))
     labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
-    weighting, numbers["weight"] = _weights(scan, flat)
+    weighting, numbers["weight"], noise_floor = _weights(scan, flat)
+    floor = float(np.fmax(least_value, FLOOR * noise_floor))
     unit = dataset.unit(scan)
     header = {
         "name": name,
@@ -82,6 +89,7 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
         "masked": int(dataset.flatten(scan).sizes["direction"] - total),
         "weighting": weighting,
         "logarithmic": WEIGHTINGS[weighting].logarithmic,
+        "floor": floor if np.isfinite(floor) else None,
         "by": list(by),
         "blocks": labels,
         "cells": [
@@ -96,7 +104,7 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
             for a, b in zip(first, ends, strict=True)
         ],
     }
-    return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+    return Columns(header, flat, order, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS}, least_value)
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:
@@ -112,13 +120,14 @@ def _uncertainty(flat: xr.Dataset) -> npt.NDArray[np.float64]:
     return np.where(is_stated(stated), stated, np.nan)
 
 
-def _weights(scan: xr.Dataset, flat: xr.Dataset) -> tuple[str, npt.NDArray[np.float64]]:
-    """The weighting that `gonio fit` takes for the scan, and the weight of every row."""
+def _weights(scan: xr.Dataset, flat: xr.Dataset) -> tuple[str, npt.NDArray[np.float64], float]:
+    """The weighting that `gonio fit` takes for the scan, the weight of every row, and the noise floor."""
     options = settled(scan, {})
     try:
-        return options.weighting, WEIGHTINGS[options.weighting].weights(flat, options.noise_floor)
+        weights = WEIGHTINGS[options.weighting].weights(flat, options.noise_floor)
     except ValueError:  # no default suits: no value is positive
-        return "uniform", WEIGHTINGS["uniform"].weights(flat, 0.0)
+        return "uniform", WEIGHTINGS["uniform"].weights(flat, 0.0), 0.0
+    return options.weighting, weights, options.noise_floor
 
 
 def _kept(cell: npt.NDArray[np.intp], most: int) -> npt.NDArray[np.intp]:

@@ -236,13 +236,13 @@ function columnsOf(state, cells) {
       const modelled = state.result.modelled?.[row];
       if (set.value[row] > 0 && Number.isFinite(modelled)) ratio[k] = 100 * (modelled / set.value[row] - 1);
     }
-    const { f, u } = curves[n];
+    const { f, half: widths } = curves[n];
     curves[n].x.forEach((t, j) => {
       const k = place.get(t);
       const q = factor(state, t);
       line[k] = shown(f[j] * q);
-      const half = u ? state.fit.coverage * u[j] : NaN;
-      high[k] = shown((f[j] + half) * q);
+      const half = widths ? widths[j] : NaN;
+      high[k] = shown((f[j] + half) * q); // nothing where it is infinite
       low[k] = Number.isFinite(half) ? shown(Math.max((f[j] - half) * q, state.scale === "log" ? f[j] * q * 1e-3 : -Infinity)) : null;
     });
     values.push(measured, line, low, high);
@@ -337,7 +337,9 @@ function said(state, cells, data) {
   const rows = cells.flatMap((c) => Array.from({ length: set.cells[c].in_plane }, (_, k) => set.cells[c].start + k));
   if (rows.some((row) => set.uncertainty[row] > 0)) parts.push("Bars: standard uncertainty of the measured value.");
   parts.push("Below: model over measured value, less 1.");
-  if (cells.some((cell) => state.result.curves.get(cell).u)) parts.push("Band: 95 % of the fitted curve.");
+  const widths = cells.map((cell) => state.result.curves.get(cell).half).filter(Boolean);
+  if (widths.some((half) => half.some(Number.isFinite))) parts.push("Band: 95 % of the fitted curve.");
+  if (widths.some((half) => half.includes(Infinity))) parts.push("No band where a value takes part that the data do not determine.");
   const lost = state.scale === "log" ? rows.filter((row) => !(set.value[row] > 0)).length : 0;
   if (lost) parts.push(`${lost} of ${rows.length} values are zero or negative: a logarithmic scale has no place for them.`);
   if (set.shown < set.total) parts.push(`${set.shown} of ${set.total} values are shown.`);

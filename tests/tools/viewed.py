@@ -1,7 +1,11 @@
 """The modules of the page run by Node: the same state and actions, without a browser."""
 
 import json
+import os
 import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +45,7 @@ def by_node(session: Session, script: str, folder: Path) -> Any:
     (folder / "all.mjs").write_text(
         f"const held = {json.dumps(held)};\n{STANDING_IN}\n"
         'const { opened } = await import("./opened.mjs");\n'
-        "const word = (_, v) => (typeof v === 'number' && !Number.isFinite(v) ? String(v) : ArrayBuffer.isView(v) ? [...v] : v);\n"
+        "const word = (_, v) => (ArrayBuffer.isView(v) ? [...v] : Object.is(v, +v) && !Number.isFinite(v) ? `${v}` : v);\n"
         "const answer = (found) => console.log(JSON.stringify(found, word));\n" + script
     )
     (folder / "opened.mjs").write_text(OPENED)
@@ -50,6 +54,7 @@ def by_node(session: Session, script: str, folder: Path) -> Any:
     return json.loads(done.stdout)
 
 
+# As app.js begins, without views.
 OPENED = """
 import { actionsOf, fetched } from "gonio/actions.js";
 import * as source from "gonio/source.js";
@@ -65,3 +70,17 @@ export async function opened() {
   return { store, state, actions: actionsOf(store) };
 }
 """
+
+
+@contextmanager
+def served(*arguments: str | Path) -> Iterator[str]:
+    """The address that `gonio view` prints; the program ends with the block."""
+    command = [sys.executable, "-m", "gonio", "view", *map(str, arguments), "--no-browser"]
+    started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+    try:
+        assert started.stdout is not None
+        yield started.stdout.readline().strip()
+    finally:
+        started.terminate()
+        started.wait(timeout=30)
+        started.stdout.close()

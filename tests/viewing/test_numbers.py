@@ -111,7 +111,9 @@ FITS = {
     "log": lambda: Problem(catalogue["phong"], SCANS["log"](), weighting="log"),
     "few values": lambda: Problem(catalogue["torrance-sparrow"], part(20, 31), weighting="log"),
     "by cause": lambda: Problem(catalogue["torrance-sparrow"], by_cause()),
-    "grouped": lambda: Problem(catalogue["cauchy-lorentz"], simulated(), grouped={"ks": "theta_i"}, held={"gamma": 40.0}),
+    "grouped": lambda: Problem(
+        catalogue["cauchy-lorentz"], simulated(), grouped={"ks": "theta_i"}, held={"gamma": 40.0}
+    ),
     "spectral": lambda: Problem(catalogue["phong"], SCANS["spectral"](), grouped={"n": "wavelength"}),
     "floor": lambda: Problem(catalogue["phong"], below_zero(), weighting="relative", noise_floor=0.05),
     "loss": lambda: Problem(catalogue["phong"], simulated(noise=0.1), loss="cauchy"),
@@ -162,7 +164,9 @@ def test_agreement_and_bands_of_a_fit(name, fits, fitted):
         np.testing.assert_allclose(part["cost"], solution.cost, rtol=1e-9)
         for curve in part["of"]:
             x = np.array(curve["x"])
-            at = dataset.make_scan(np.full(len(x), curve["theta_i"]), np.abs(x), np.zeros(len(x)), np.where(x >= 0, 180.0, 0.0))
+            at = dataset.make_scan(
+                np.full(len(x), curve["theta_i"]), np.abs(x), np.zeros(len(x)), np.where(x >= 0, 180.0, 0.0)
+            )
             at = dataset.points(at).assign_coords({n: ("direction", [v] * len(x)) for n, v in part["labels"].items()})
             expected = band(solution, at)
             np.testing.assert_allclose(curve["f"], expected["brdf"], rtol=1e-9)

@@ -18,6 +18,7 @@ from gonio.comparison.ranking import settled
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct
+from gonio.measured.polarisers import POLARISATION, unpolarised
 from gonio.measured.sound import is_stated
 from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
@@ -56,7 +57,13 @@ class Columns:
 
 
 def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
-    """The columns of a scan; ValueError where it holds no value that is in use."""
+    """The columns of a scan as a model without polarisation sees it.
+
+    Raises ValueError where the scan holds no value that is in use, and for degrees of polarisation, which are no BRDF.
+    """
+    if dataset.is_degree(scan):
+        raise ValueError(f"{name}: degrees of polarisation are no BRDF, which the page shows: gonio plot draws them")
+    light, scan = _light(scan), unpolarised(scan)
     flat = dataset.points(scan)
     total = flat.sizes["direction"]
     if not total:
@@ -77,12 +84,14 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     weighting, numbers["weight"], noise_floor = _weights(scan, flat)
     floor = float(np.fmax(least_value, FLOOR * noise_floor))
     unit = dataset.unit(scan)
+    reflected = flat["mode"].values != "transmission" if "mode" in flat.coords else np.ones(len(order), dtype=bool)
     header = {
         "name": name,
         "unit": unit,
         "unit_label": unit_label(unit) or "1",
         "quantity": quantity_of(scan),
         "relative": unit == dataset.RELATIVE,
+        "light": light,
         "origin": origin_word(scan),
         "total": total,
         "shown": len(order),
@@ -99,12 +108,24 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
                 "phi_i": float(turned[a]),
                 "start": int(a),
                 "end": int(b),
+                "reflected": bool(reflected[a]),
                 "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
             }
             for a, b in zip(first, ends, strict=True)
         ],
     }
     return Columns(header, flat, order, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS}, least_value)
+
+
+def _light(scan: xr.Dataset) -> str:
+    """How readings of polarised light are shown; empty where the scan has none."""
+    flat = dataset.flatten(scan)
+    if POLARISATION not in flat.coords or unpolarised(scan) is scan:
+        return ""
+    states = distinct(flat[POLARISATION].values.astype(str))[0].tolist()
+    if len(states) == 1:
+        return f"Readings in {states[0]}, taken as if the light were unpolarised: models are shown for that."
+    return f"Readings in {', '.join(states)}, as unpolarised light gives them: models are shown for that."
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:

@@ -66,9 +66,12 @@ def record(solution: Solution, columns: Columns) -> dict[str, Any]:
 def _expanded(solution: Solution) -> npt.NDArray[np.float64]:
     """k^2 C + z^2 sum_c p_c p_c' over all values, as `Solution.expanded` adds random and systematic uncertainties."""
     covariance, shifts = (
-        np.where(np.isfinite(part), part, 0.0) for part in (solution.dataset[n].values for n in ("covariance", "shift_by_cause"))
+        np.where(np.isfinite(part), part, 0.0)
+        for part in (solution.dataset[n].values for n in ("covariance", "shift_by_cause"))
     )
-    expanded: npt.NDArray[np.float64] = solution.coverage_factor() ** 2 * covariance + ndtri(0.975) ** 2 * shifts.T @ shifts
+    expanded: npt.NDArray[np.float64] = (
+        solution.coverage_factor() ** 2 * covariance + ndtri(0.975) ** 2 * shifts.T @ shifts
+    )
     return expanded
 
 
@@ -82,7 +85,9 @@ def _weighed(solution: Solution, columns: Columns) -> dict[str, Any]:
         return {}
     if solution.has_scan and data.sizes["direction"] == columns.header["total"]:  # its own: g1, g2 and a loss count too
         own = data["scan_weight"].values[columns.rows]
-        weight = own if np.array_equal(data["scan_brdf"].values[columns.rows], columns.points["brdf"].values) else weight
+        weight = (
+            own if np.array_equal(data["scan_brdf"].values[columns.rows], columns.points["brdf"].values) else weight
+        )
     floor = float(np.fmax(columns.least, FLOOR * noise_floor))
     same = np.array_equal(weight, columns.columns["weight"])
     found = {"weighting": name, "logarithmic": WEIGHTINGS[name].logarithmic, "floor": _finite(floor)}

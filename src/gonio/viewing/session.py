@@ -64,6 +64,11 @@ class Session:
     pair: Sequence[int] = ()
     begin_with_model: bool = False
 
+    def refuse_unshown(self) -> None:
+        """ValueError for a scan or a fit that a page cannot show, before one is served or written."""
+        for one in self.opened:
+            _ = one.columns, one.described()
+
     def needed(self) -> list[str]:
         """The models of a page that cannot ask for others: those of the fits, and the one it begins with."""
         fitted = [solution.model.name for one in self.opened for solution in one.fits.values()]

@@ -55,6 +55,7 @@ def command(files: Scans, view: ViewOptions, values: ValueOptions, used: ScanOpt
     The page is served to this machine alone, and needs no network. It ends with Ctrl-C.
     """
     session = _session(files, view, values, used)
+    session.refuse_unshown()
     if view.out:
         _write(session, view)
         return

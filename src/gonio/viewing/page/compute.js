@@ -16,8 +16,10 @@ export function cellsShown(state) {
   return cells.map((_, k) => k).filter((k) => cells[k].block === state.block);
 }
 
-// A function of directions for one cell: unit vectors to the light and to the detector.
+// A function of directions for one cell: unit vectors to the light and to the detector. Models describe reflection: of
+// light that went through they say nothing.
 export function evaluator(state, cell) {
+  if (!state.sets[state.set].cells[cell].reflected) return () => () => NaN;
   const { module } = state.model;
   const values = valuesOf(state, cell);
   const pre = module.pre(values);
@@ -55,11 +57,11 @@ export function computed(state) {
 function compared(state, shown) {
   const { cells } = state.sets[state.set];
   const countOf = (some) => some.reduce((n, c) => n + cells[c].end - cells[c].start, 0);
-  const all = cells.map((_, k) => k);
-  const drawn = shown.filter((cell) => !state.hidden.has(cell));
-  const over = [all, shown, drawn].find((some) => countOf(some) <= MOST) ?? drawn;
+  const all = cells.map((_, k) => k).filter((k) => cells[k].reflected);
+  const [block, drawn] = [shown, shown.filter((cell) => !state.hidden.has(cell))].map((some) => some.filter((k) => all.includes(k)));
+  const over = [all, block, drawn].find((some) => countOf(some) <= MOST) ?? drawn;
   const modelled = atRows(state, over);
-  const found = { modelled, count: countOf(over), part: { isAll: over === all, isBlock: over === shown } };
+  const found = { modelled, count: countOf(over), part: { isAll: over === all, isBlock: over === block } };
   return { ...found, ...agreement(state, over, modelled) };
 }
 

@@ -19,6 +19,9 @@ export function mount(root, store, actions) {
   const list = element("dialog", {}, element("h2", {}, "Keys"), element("dl", {}, ...rows), close);
   close.addEventListener("click", () => list.close());
   document.body.append(list);
+  const open = element("button", { type: "button", title: "The keys (?)" }, "Keys");
+  open.addEventListener("click", () => list.showModal());
+  document.querySelector("#top .actions").append(open);
 
   root.addEventListener("keydown", (event) => {
     const inText = event.target.matches?.("input[type=text], input[type=number], select, textarea");

@@ -20,7 +20,7 @@ export function mount(root, store) {
       const { isAll, isBlock } = result.part;
       const of = isAll ? "values" : isBlock ? `values at ${blockLabel(set, state.block)}` : "values of the curves that are drawn";
       const means = `E ${number(result.cost, 3)} (${weighing(state).weighting} weighting), lg RMSE ${number(result.lgRmse, 3)}`;
-      const about = result.count ? `${means} of ${result.count} ${of}` : "no curve is drawn";
+      const about = result.count ? `${means} of ${result.count} ${of}` : "there is no value to compare it with";
       const fit = !state.fit ? "" : atFit(state) ? "; the fitted values" : `; the fit has E ${number(state.fit.cost, 3)}`;
       agreement.textContent = `${state.model.declaration.name}: ${about}${fit}.`;
     }

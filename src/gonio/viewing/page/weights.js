@@ -28,6 +28,7 @@ export function snapped(state) {
 function groupsOf(state, places, count) {
   const found = new Map();
   for (let cell = 0; cell < count; cell++) {
+    if (!state.sets[state.set].cells[cell].reflected) continue;
     const key = places.map((k) => state.groups[k][cell]).join();
     found.set(key, [...(found.get(key) ?? []), cell]);
   }

@@ -1,0 +1,81 @@
+"""What the page draws of a file of every format: something in every plot, nothing too wide, no complaint."""
+
+import io
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from gonio.formats import formats
+from viewed import served
+
+pytestmark = [pytest.mark.xdist_group("viewer"), pytest.mark.no_cover]
+LARGEST = 100_000  # bytes of a sample, where a format has one that is smaller
+WIDTHS = (360, 1280)
+INK = 30  # pixels of colour that a view has at least where it draws anything
+# Where a view is, and whether it says in words why it draws nothing.
+VIEWS = """() => Array.from(document.querySelectorAll("main > section"))
+  .filter((s) => s.checkVisibility() && s.querySelector("canvas"))
+  .map((s) => ({ id: s.id, boxes: Array.from(s.querySelectorAll("canvas")).filter((c) => c.checkVisibility()).map((c) => {
+    const b = c.getBoundingClientRect();
+    return [b.left, b.top + scrollY, b.width, b.height];
+  }) }))"""
+BEYOND = """(width) => Array.from(document.querySelectorAll("body *"))
+  .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > width + 1 && !e.closest(".scroll, svg, dialog"))
+  .map((e) => e.outerHTML.slice(0, 120))"""
+DRAWN = """(k) => gonio.actions.chooseSet(k).then(() => new Promise((done) => setTimeout(() =>
+  requestAnimationFrame(() => requestAnimationFrame(done)), 50)))"""
+
+
+def chosen(paths):
+    """The largest sample below LARGEST bytes, else the smallest; the size of a folder is that of its files."""
+
+    def size(path):
+        return sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
+
+    return max(paths, key=lambda path: (size(path) < LARGEST, size(path) if size(path) < LARGEST else -size(path)))
+
+
+@pytest.fixture(scope="module")
+def files(sample_files):
+    return {name: chosen(paths) for name, paths in sorted(sample_files.items())}
+
+
+@pytest.fixture(scope="module")
+def page(chromium, files):
+    """One page with a scan of every format, and what it complained of."""
+    with served(*files.values()) as address:
+        tab = chromium.new_page(viewport={"width": WIDTHS[0], "height": 740})
+        tab.wrong = []
+        tab.on("console", lambda message: tab.wrong.append(message.text))
+        tab.on("pageerror", lambda error: tab.wrong.append(str(error)))
+        tab.goto(address)
+        tab.wait_for_selector("html[data-ready=true]")
+        yield tab
+        tab.close()
+
+
+def ink(picture, box):
+    """How many pixels of a part of a picture differ from the colour that most have."""
+    left, top, width, height = (max(0, round(v)) for v in box)
+    part = picture[top : top + height, left : left + width, :3].reshape(-1, 3)
+    colours, count = np.unique((part * 255).astype(int), axis=0, return_counts=True)
+    return int(len(part) - count.max()) if len(colours) else 0
+
+
+@pytest.mark.parametrize("name", sorted(formats()))
+def test_every_view_draws_every_format(name, page, files):
+    place = list(files).index(name)
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 740})
+        page.evaluate(DRAWN, place)
+        assert page.evaluate("gonio.store.get().error") == ""
+        assert page.evaluate("document.scrollingElement.scrollWidth") <= width
+        assert page.evaluate(BEYOND, width) == []
+        picture = matplotlib.image.imread(io.BytesIO(page.screenshot(full_page=True)))
+        views = page.evaluate(VIEWS)
+        for view in views:
+            for box in view["boxes"]:
+                assert ink(picture, box) > INK, view["id"]
+        assert views or page.inner_text("#curves .note")
+    assert page.wrong == []

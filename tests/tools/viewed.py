@@ -45,7 +45,8 @@ def by_node(session: Session, script: str, folder: Path) -> Any:
     (folder / "all.mjs").write_text(
         f"const held = {json.dumps(held)};\n{STANDING_IN}\n"
         'const { opened } = await import("./opened.mjs");\n'
-        "const word = (_, v) => (ArrayBuffer.isView(v) ? [...v] : Object.is(v, +v) && !Number.isFinite(v) ? `${v}` : v);\n"
+        "const word = (_, v) =>\n"
+        "  ArrayBuffer.isView(v) ? [...v] : Object.is(v, +v) && !Number.isFinite(v) ? `${v}` : v;\n"
         "const answer = (found) => console.log(JSON.stringify(found, word));\n" + script
     )
     (folder / "opened.mjs").write_text(OPENED)

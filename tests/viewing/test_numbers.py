@@ -68,7 +68,8 @@ def best(scans, tmp_path_factory):
         const {{ cost, lgRmse, count }} = computed(state);
         const {{ declaration }} = state.model;
         const values = Object.fromEntries(declaration.parameters.map((p, j) => [p.name, state.values[j]]));
-        found.push({{ set: state.sets[k].name, model: name, values, cost, lgRmse, count, weighting: state.sets[k].weighting }});
+        const {{ name: set, weighting }} = state.sets[k];
+        found.push({{ set, model: name, values, cost, lgRmse, count, weighting }});
       }}
     }}
     answer(found);

@@ -94,7 +94,9 @@ def test_focus_is_seen_and_in_reading_order(opened):
     found = walk(tab)
     assert len(found) > 20
     assert [one for one in found if not one["outlined"] or not one["shown"]] == []
-    order = tab.evaluate("Array.from(document.querySelectorAll('header, aside, main > section, footer')).map((e) => e.id)")
+    order = tab.evaluate(
+        "Array.from(document.querySelectorAll('header, aside, main > section, footer')).map((e) => e.id)"
+    )
     places = [order.index(one["section"]) for one in found]
     assert places == sorted(places)
 

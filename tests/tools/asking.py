@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 import uvicorn
 
-from gonio.processes.worker import Bench
+from gonio.processes.worker import Bench, WorkerError
 from gonio.viewing.serving.jobs import MODULES, Jobs
 from gonio.viewing.serving.routes import application
 
@@ -61,10 +61,30 @@ class Answer:
         return json.loads(self.body)
 
 
+class Inline:
+    """Does what a process would do in the thread that asks: what is computed is the same, and nothing is started."""
+
+    def take(self):
+        """Itself, as a worker."""
+        return self
+
+    def call(self, function, *arguments, tell=None, seconds=0.0):
+        """What the function gives; what is wrong is worded as a worker words it."""
+        try:
+            return function(*arguments, **({"tell": tell} if tell else {}))
+        except (ValueError, OSError) as error:
+            raise WorkerError(str(error)) from None
+
+    def give(self, worker, used_up=False):
+        """Nothing."""
+
+    limit = warm = end = close = lambda *_: None
+
+
 @contextmanager
-def served(session, upload_limit: int = 2**20) -> Iterator[Client]:
-    """A client of a server of the session, in a thread of this process."""
-    with socket.socket() as listening, closing(Bench(MODULES)) as bench:
+def served(session, upload_limit: int = 2**20, processes: bool = False) -> Iterator[Client]:
+    """A client of a server of the session, in a thread of this process; its fits in processes where that is asked."""
+    with socket.socket() as listening, closing(Bench(MODULES) if processes else Inline()) as bench:
         listening.bind(("127.0.0.1", 0))
         listening.listen()
         port = listening.getsockname()[1]

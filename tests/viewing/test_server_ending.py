@@ -6,13 +6,16 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gonio
 from asking import Client
+from gonio.app.commands.view import _seconds
 from gonio.formats import write
+from gonio.processes.ending import LONGEST
 from gonio.viewing.serving.running import Serving, hosts
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are looked up in Linux's /proc")
@@ -26,10 +29,15 @@ def scan(tmp_path_factory):
     return path
 
 
+def heard() -> None:
+    """Ctrl-C is not ignored, even where the tests run in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def viewing(scan, *options):
     arguments = [sys.executable, "-c", PROGRAM, "view", str(scan), "--no-browser", *options]
-    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
     try:
         yield process, process.stdout.readline().strip()
     finally:
@@ -44,7 +52,7 @@ def family(process):
     found = []
     for entry in os.listdir("/proc"):
         try:
-            parent = int(open(f"/proc/{entry}/stat").read().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
+            parent = int(Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
         except (OSError, IndexError):
             continue
         if parent == process:
@@ -66,12 +74,12 @@ def test_a_fit_ends_with_the_server(scan, number):
     with viewing(scan) as (process, address):
         client = Client(address)
         client.ask("POST", "/api/fit", {"set": 0, "model": "best"})
-        while len(children := family(process.pid)) < 2:
+        while not (children := family(process.pid)):
             time.sleep(0.02)
         begun = time.monotonic()
         process.send_signal(number)
-        process.wait(5)
-        assert time.monotonic() - begun < 2.5
+        process.wait(20)
+        assert time.monotonic() - begun < LONGEST + 1  # s; a fit would take longer
         assert gone(children)
         if number is not signal.SIGKILL:
             assert process.returncode == 128 + number  # as every command of gonio ends
@@ -106,13 +114,15 @@ def test_exposing_is_warned_of_and_answers_to_the_name(scan):
         assert client.ask("GET", "/api/session", Host=f"{os.uname().nodename}:{client.port}").status == 200
         assert client.ask("GET", "/api/session", Host=f"evil.example:{client.port}").status == 421
         process.terminate()
-        assert "not" in process.stderr.read() or process.stderr
+        assert "nothing on the way is encrypted" in process.stderr.read()
 
 
-@pytest.mark.parametrize("text", ["x", "30", "-1m", "0m", "1d"])
-def test_a_time_that_is_none_is_one_line(scan, text):
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, "view", str(scan), "--idle", text], capture_output=True, text=True, check=False
-    )
-    assert done.returncode
-    assert len(done.stderr.splitlines()) >= 1
+@pytest.mark.parametrize(("text", "seconds"), [("30m", 1800.0), ("90s", 90.0), ("2h", 7200.0), ("1.5 min", 90.0), ("", 0.0)])
+def test_a_time_has_a_unit(text, seconds):
+    assert _seconds(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["x", "30", "-1m", "0m", "1d", "nan s"])
+def test_a_time_that_is_none_is_refused(text):
+    with pytest.raises(ValueError, match="30m"):
+        _seconds(text)

@@ -1,15 +1,16 @@
 """Two scans of a page at common directions: the second at those of the first."""
 
+import itertools
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from gonio.measured import dataset
 from gonio.measured.sound import is_stated
 from gonio.resampling.difference import difference
-from gonio.viewing.session import Opened
+from gonio.viewing.session import Opened, Session
 
+FEW = 3  # scans of which a page holds every pair
 ROW = "row_of_page"  # a coordinate that remembers the order
 
 
@@ -57,8 +58,16 @@ def _listed(values: np.ndarray) -> list[float | None]:
     return [float(v) if np.isfinite(v) else None for v in values]
 
 
-def comparable(first: Opened, second: Opened) -> str:
-    """Why two scans cannot be compared at all, before anything is computed; nothing where they may be."""
-    if (a := dataset.unit(first.scan)) != (b := dataset.unit(second.scan)):
-        return f"{first.name} is in {a} and {second.name} in {b}: relative data cannot be compared with absolute ones"
-    return ""
+def held(session: Session) -> dict[str, dict[str, Any]]:
+    """What a page holds that cannot ask: every pair of at most FEW scans, else the one that it begins with.
+
+    By the places of both; where two scans cannot be compared, why not.
+    """
+    places = range(len(session.opened)) if len(session.opened) <= FEW else tuple(session.pair)
+    found = {}
+    for first, second in itertools.permutations(places, 2):
+        try:
+            found[f"{first} {second}"] = pair(session.opened[first], session.opened[second])
+        except ValueError as error:
+            found[f"{first} {second}"] = {"error": str(error)}
+    return found

@@ -3,6 +3,7 @@
 import uPlot from "gonio/vendor/uplot.js";
 
 import { cosine } from "gonio/angles.js";
+import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, dark, dashes, ofStyle } from "gonio/colours.js";
 import { cellsShown } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
@@ -12,7 +13,7 @@ const MOST = 6; // curves that are drawn at first
 const HEIGHT = { above: 300, below: 150 };
 
 // Cells that have more than one value in the plane of incidence.
-const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
+export const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
 
 // Those that are hidden at first: all but MOST, evenly chosen.
 export function hiddenAtFirst(state) {
@@ -21,6 +22,9 @@ export function hiddenAtFirst(state) {
   const kept = Array.from({ length: MOST }, (_, k) => cells[Math.round((k * (cells.length - 1)) / (MOST - 1))]);
   return new Set(cells.filter((cell) => !kept.includes(cell)));
 }
+
+// What other modules draw on the curves, and how they listen to them: draw(plot, state, cells), ready(plot, cells).
+export const extensions = { draw: [], ready: [] };
 
 export const colourOf = (state, cell) => drawable(state).indexOf(cell);
 
@@ -105,7 +109,7 @@ export function mount(root, store) {
     store.set({ cursor: { cell, row }, cell });
   });
 
-  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width"], rebuild);
+  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width", "pair"], rebuild);
   store.watch(["result", "cursor"], redraw);
   table.addEventListener("toggle", () => table.open && redraw(store.get()));
   new ResizeObserver(() => store.set({ width: root.clientWidth })).observe(root);
@@ -128,7 +132,10 @@ export function mount(root, store) {
       series,
       bands,
       scales: { x: { time: false, range: [-90, 90] }, y: { distr: state.scale === "log" ? 3 : 1, range: data.range } },
-      hooks: { draw: [(plot) => decorate(plot, store.get(), cells)], ready: [(plot) => pick(plot, cells)] },
+      hooks: {
+        draw: [decorate, ...extensions.draw].map((call) => (plot) => call(plot, store.get(), cells)),
+        ready: [pick, ...extensions.ready].map((call) => (plot) => call(plot, cells)),
+      },
     };
   }
 
@@ -167,53 +174,9 @@ export function mount(root, store) {
   }
 }
 
-const frame = (width, height, axes) => ({
-  width,
-  height,
-  axes,
-  legend: { show: false },
-  cursor: { sync: { key: "theta_r" }, drag: { x: false, y: false }, y: false, points: { show: false } },
-});
+export const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
 
-const text = () => ({ stroke: ofStyle("text"), font: `12px ${ofStyle("font")}`, labelFont: `12px ${ofStyle("font")}` });
-
-function axisX(label) {
-  const lines = { grid: { stroke: ofStyle("line"), width: 1 }, ticks: { stroke: ofStyle("line"), width: 1 } };
-  const splits = (plot) => (plot.width > 480 ? [-90, -60, -30, 0, 30, 60, 90] : [-90, -45, 0, 45, 90]);
-  const values = (_, found) => found.map((v) => String(v).replace("-", "−"));
-  return { ...text(), ...lines, splits, values, label, labelSize: label ? 22 : 0, size: 26, labelGap: 0 };
-}
-
-function axisY(label, logarithmic) {
-  const lines = { grid: { stroke: ofStyle("line"), width: 1 }, ticks: { stroke: ofStyle("line"), width: 1 } };
-  const filter = logarithmic ? decades : (_, found) => found;
-  const values = (_, found) => found.map((v) => (v === null ? null : logarithmic ? power(v) : number(v, 3)));
-  return { ...text(), ...lines, label, labelSize: 24, size: 56, filter, values, labelGap: 2 };
-}
-
-// Labels of a logarithmic axis: decades, or every digit where there are few.
-function decades(plot, found) {
-  const range = Math.log10(plot.scales.y.max / plot.scales.y.min);
-  const every = Math.ceil(range / 8);
-  return found.map((v) => {
-    const place = Math.log10(v);
-    const isDecade = Math.abs(place - Math.round(place)) < 1e-6;
-    if (range < 1.2) return v;
-    return isDecade && Math.round(place) % every === 0 ? v : null;
-  });
-}
-
-const SUPER = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
-
-function power(v) {
-  const place = Math.log10(v);
-  if (Math.abs(place - Math.round(place)) > 1e-6 || Math.abs(place) < 2.5) return number(v, 2);
-  return `10${[...String(Math.round(place))].map((c) => SUPER[c]).join("")}`;
-}
-
-const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
-
-const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
+export const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
 
 // What uPlot draws: theta_r, and for each cell measured values, the curve and the ends of its band.
 function columnsOf(state, cells) {
@@ -232,7 +195,8 @@ function columnsOf(state, cells) {
     for (let row = start; row < start + in_plane; row++) {
       const k = place.get(set.signed[row]);
       measured[k] = shown(transformed(state, row, set.value[row]));
-      if (measured[k] !== null) seen.push(measured[k]);
+      const second = shown(transformed(state, row, state.pair?.value[row] ?? NaN));
+      seen.push(...[measured[k], second].filter((v) => v !== null));
       const modelled = state.result.modelled?.[row];
       if (set.value[row] > 0 && Number.isFinite(modelled)) ratio[k] = 100 * (modelled / set.value[row] - 1);
     }
@@ -312,13 +276,6 @@ function zero(plot) {
   const y = plot.valToPos(0, "y", true);
   segment(ctx, bbox.left, y, bbox.left + bbox.width, y);
   ctx.restore();
-}
-
-function segment(ctx, x0, y0, x1, y1) {
-  ctx.beginPath();
-  ctx.moveTo(x0, y0);
-  ctx.lineTo(x1, y1);
-  ctx.stroke();
 }
 
 // The row of a cell whose theta_r is nearest.

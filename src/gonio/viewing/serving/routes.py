@@ -96,7 +96,7 @@ def opened_in(request: Request) -> Opened:
 
 async def _refused(_: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"error": error.detail}, status_code=error.status_code)
+    return JSONResponse({"error": error.detail}, status_code=error.status_code, headers=error.headers)
 
 
 async def _wrong(_: Request, error: Exception) -> Response:

@@ -27,7 +27,7 @@ async def _upload(request: Request) -> Response:
     limit: int = request.app.state.upload_limit
     stated = request.headers.get("content-length", "")
     if stated.isdigit() and int(stated) > limit:
-        raise HTTPException(413, _too_large(limit))
+        raise _too_large(limit)
     name = _name(request.query_params.get("name", ""))
     with temporary_folder() as folder:  # of mode 0700, and removed at the end, whatever ends it
         path = folder / name
@@ -46,7 +46,7 @@ async def _received(request: Request, path: Path, limit: int) -> None:
         async for chunk in request.stream():
             taken += len(chunk)
             if taken > limit:
-                raise HTTPException(413, _too_large(limit))
+                raise _too_large(limit)
             await asyncio.to_thread(file.write, chunk)
     if not taken:
         raise HTTPException(422, f"{path.name}: the file is empty")
@@ -83,8 +83,10 @@ def _worded(name: str, words: str) -> str:
     return words if name in words else f"{name}: {words}"
 
 
-def _too_large(limit: int) -> str:
-    return f"the file is larger than {limit / 2**20:g} MB, which gonio view --upload-limit sets"
+def _too_large(limit: int) -> HTTPException:
+    """The refusal, after which the connection is closed: nobody reads what would follow."""
+    words = f"the file is larger than {limit / 2**20:g} MB, which gonio view --upload-limit sets"
+    return HTTPException(413, words, {"Connection": "close"})
 
 
 ROUTES = (Route("/api/upload", _upload, methods=["POST"]),)

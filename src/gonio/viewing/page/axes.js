@@ -47,3 +47,10 @@ function power(v) {
   if (Math.abs(place - Math.round(place)) > 1e-6 || Math.abs(place) < 2.5) return number(v, 2);
   return `10${[...String(Math.round(place))].map((c) => SUPER[c]).join("")}`;
 }
+
+export function segment(ctx, x0, y0, x1, y1) {
+  ctx.beginPath();
+  ctx.moveTo(x0, y0);
+  ctx.lineTo(x1, y1);
+  ctx.stroke();
+}

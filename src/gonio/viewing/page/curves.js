@@ -3,7 +3,7 @@
 import uPlot from "gonio/vendor/uplot.js";
 
 import { cosine } from "gonio/angles.js";
-import { axisX, axisY, frame } from "gonio/axes.js";
+import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, dark, dashes, ofStyle } from "gonio/colours.js";
 import { cellsShown } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
@@ -14,7 +14,7 @@ const FARTHEST = 400; // %, of residuals that are drawn
 const HEIGHT = { above: 300, below: 150 };
 
 // Cells that have more than one value in the plane of incidence.
-const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
+export const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
 
 // Those that are drawn at first: MOST of them, evenly chosen.
 function shownAtFirst(cells) {
@@ -27,6 +27,9 @@ export function hiddenAtFirst(state) {
   const kept = shownAtFirst(cells);
   return new Set(cells.filter((cell) => !kept.includes(cell)));
 }
+
+// What other modules draw on the curves, and how they listen to them: draw(plot, state, cells), ready(plot, cells).
+export const extensions = { draw: [], ready: [] };
 
 // The place of a cell among the colours: those that are drawn at first have the first.
 export function colourOf(state, cell) {
@@ -115,7 +118,7 @@ export function mount(root, store) {
     store.set({ cursor: { cell, row }, cell });
   });
 
-  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width"], rebuild);
+  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width", "pair"], rebuild);
   store.watch(["result", "cursor"], redraw);
   table.addEventListener("toggle", () => table.open && redraw(store.get()));
   new ResizeObserver(() => store.set({ width: root.clientWidth })).observe(root);
@@ -138,7 +141,10 @@ export function mount(root, store) {
       series,
       bands,
       scales: { x: { time: false, range: [-90, 90] }, y: { distr: state.scale === "log" ? 3 : 1, range: data.range } },
-      hooks: { draw: [(plot) => decorate(plot, store.get(), cells)], ready: [(plot) => pick(plot, cells)] },
+      hooks: {
+        draw: [decorate, ...extensions.draw].map((call) => (plot) => call(plot, store.get(), cells)),
+        ready: [pick, ...extensions.ready].map((call) => (plot) => call(plot, cells)),
+      },
     };
   }
 
@@ -177,9 +183,9 @@ export function mount(root, store) {
   }
 }
 
-const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
+export const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
 
-const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
+export const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
 
 // What uPlot draws: theta_r, and for each cell measured values, the curve and the ends of its band.
 function columnsOf(state, cells) {
@@ -198,9 +204,9 @@ function columnsOf(state, cells) {
     for (let row = start; row < start + in_plane; row++) {
       const k = place.get(set.signed[row]);
       measured[k] = shown(transformed(state, row, set.value[row]));
-      if (measured[k] !== null) seen.push(measured[k]);
-      const top = transformed(state, row, set.value[row] + set.uncertainty[row]);
-      if (state.scale !== "log" && Number.isFinite(top)) seen.push(top);
+      const second = shown(transformed(state, row, state.pair?.value[row] ?? NaN));
+      const top = state.scale === "log" ? NaN : transformed(state, row, set.value[row] + set.uncertainty[row]);
+      seen.push(...[measured[k], second, top].filter((v) => v !== null && Number.isFinite(v)));
       const modelled = state.result.modelled?.[row];
       if (set.value[row] > 0 && Number.isFinite(modelled)) ratio[k] = 100 * (modelled / set.value[row] - 1);
     }
@@ -280,13 +286,6 @@ function zero(plot) {
   const y = plot.valToPos(0, "y", true);
   segment(ctx, bbox.left, y, bbox.left + bbox.width, y);
   ctx.restore();
-}
-
-function segment(ctx, x0, y0, x1, y1) {
-  ctx.beginPath();
-  ctx.moveTo(x0, y0);
-  ctx.lineTo(x1, y1);
-  ctx.stroke();
 }
 
 // The row of a cell whose theta_r is nearest.

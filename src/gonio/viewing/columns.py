@@ -24,6 +24,7 @@ from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
 from gonio.resampling.difference import FLOOR
 from gonio.units import unit_label
+from gonio.viewing.sparse import is_table, sparse, table_of
 
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
 NUMBERS = ("theta_i", "theta_r", "phi", "phi_i", "signed", "value", "uncertainty", "weight")
@@ -57,12 +58,15 @@ class Columns:
 
 
 def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
-    """The columns of a scan as a model without polarisation sees it.
+    """The columns of a scan, of a table at some directions, as a model without polarisation sees it.
 
     Raises ValueError where the scan holds no value that is in use, and for degrees of polarisation, which are no BRDF.
     """
     if dataset.is_degree(scan):
         raise ValueError(f"{name}: degrees of polarisation are no BRDF, which the page shows: gonio plot draws them")
+    whole = scan
+    if of_table := is_table(scan):
+        scan = sparse(scan)
     light, scan = _light(scan), unpolarised(scan)
     flat = dataset.points(scan)
     total = flat.sizes["direction"]
@@ -114,18 +118,29 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
             for a, b in zip(first, ends, strict=True)
         ],
     }
+    if of_table:
+        header |= _about_table(whole, labels)
     return Columns(header, flat, order, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS}, least_value)
 
 
 def _light(scan: xr.Dataset) -> str:
     """How readings of polarised light are shown; empty where the scan has none."""
-    flat = dataset.flatten(scan)
-    if POLARISATION not in flat.coords or unpolarised(scan) is scan:
+    if POLARISATION not in scan.coords or unpolarised(scan) is scan:
         return ""
-    states = distinct(flat[POLARISATION].values.astype(str))[0].tolist()
+    states = distinct(dataset.flatten(scan)[POLARISATION].values.astype(str))[0].tolist()
     if len(states) == 1:
         return f"Readings in {states[0]}, taken as if the light were unpolarised: models are shown for that."
     return f"Readings in {', '.join(states)}, as unpolarised light gives them: models are shown for that."
+
+
+def _about_table(whole: xr.Dataset, labels: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of how many values of a table the rows were interpolated, and how the page finds the table itself."""
+    said: dict[str, Any] = {"total": int(np.isfinite(whole["brdf"].values).sum()), "masked": 0, "interpolated": True}
+    if table := table_of(whole):
+        blocks = [str(label.get("channel", "")) for label in labels]
+        planes = [blocks.index(c) if c in blocks else -1 for c in table.channels]
+        said["table"] = {"size": list(table.size), "around": table.around, "planes": planes}
+    return said
 
 
 def _signed(flat: xr.Dataset) -> npt.NDArray[np.float64]:

@@ -10,6 +10,12 @@ const SMALLEST = 2 ** -1022; // what a model that is zero counts as in a logarit
 // The values of the model for one cell, in the order of its functions.
 export const valuesOf = (state, cell) => state.values.map((own, k) => own[state.groups[k][cell]]);
 
+// Whether model and values are those of the set that is shown: while another is loaded they are not yet.
+export function isReady(state) {
+  const { cells } = state.sets[state.set];
+  return Boolean(state.model && cells?.[state.cell] && state.groups.length === state.values.length && state.groups.every((own) => own.length === cells.length));
+}
+
 // The cells of the block that is shown.
 export function cellsShown(state) {
   const { cells } = state.sets[state.set];

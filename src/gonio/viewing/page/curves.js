@@ -7,7 +7,7 @@ import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, dark, dashes, ofStyle } from "gonio/colours.js";
 import { cellsShown } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
-import { cellLabel, number, QUANTITIES, valueLabel } from "gonio/words.js";
+import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
 
 const MOST = 6; // curves that are drawn at first
 const FARTHEST = 400; // %, of residuals that are drawn
@@ -313,7 +313,7 @@ function said(state, cells, data) {
   if (widths.some((half) => half.includes(Infinity))) parts.push("No band where a value takes part that the data do not determine.");
   const lost = state.scale === "log" ? rows.filter((row) => !(set.value[row] > 0)).length : 0;
   if (lost) parts.push(`${lost} of ${rows.length} values are zero or negative: a logarithmic scale has no place for them.`);
-  if (set.shown < set.total) parts.push(`${set.shown} of ${set.total} values are shown.`);
+  if (shownOf(set)) parts.push(shownOf(set));
   if (state.fit?.cones) parts.push("The fit averages over the cones of the instrument; the curve does not.");
   return parts.join(" ");
 }

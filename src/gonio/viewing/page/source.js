@@ -28,6 +28,11 @@ export async function columns(k) {
   return decoded(bytes);
 }
 
+// The table of a scan, as numbers of single precision; null where the page is a file, which does not hold it.
+export async function table(k) {
+  return inside ? null : new Float32Array(await (await asked(`/api/set/${k}/table.bin`)).arrayBuffer());
+}
+
 // The functions of a model in double precision, with its declaration.
 export function model(name) {
   return import(`model/${name}.js`);

@@ -17,6 +17,13 @@
 // second      the place of the scan that is compared, -1 for none
 // pair        its values at the directions of the first, difference the same as numbers alone; null without one
 // pairAs      ratio or difference           dragging  whether the curve is dragged
+// graphics    above 0: WebGL draws, 0: there is none, below 0: it was lost; another number means that all is drawn anew
+// shader      {name, text} of the model, or {name, why} where there is none
+// mapView     both, data, model, ratio or difference: what the hemisphere shows
+// difference  values of a second scan at the rows of the set, or null
+// body, lamp  what is lit, and from where: degrees to the right and upwards, as the eye sees it
+// litFrom     model, or table: the values of the file     tables: how many tables of files have come
+// orbit       from where the lobe is seen: how far it is turned and tilted [deg]
 // error       what went wrong, to be shown
 
 export function createStore(state) {

@@ -36,7 +36,9 @@ function read(state) {
   const [value, u, modelled] = [set.value[row], set.uncertainty[row], state.result.modelled?.[row] ?? NaN];
   const of = unit(set.unit);
   const stated = u > 0 ? ` ± ${number(u, 2)}` : "";
-  const where = `θᵢ ${number(set.theta_i[row])}°, θᵣ ${number(set.signed[row])}°`;
+  const plane = Number.isFinite(set.signed[row]);
+  const to = plane ? `θᵣ ${number(set.signed[row])}°` : `θᵣ ${number(set.theta_r[row])}°, φ ${number(set.phi[row])}°`;
+  const where = `θᵢ ${number(set.theta_i[row])}°, ${to}`;
   const model = Number.isFinite(modelled) ? `, model ${number(modelled)}, ratio ${number(modelled / value, 3)}` : "";
   return `${where}: ${number(value)}${stated} ${of}${model}.`;
 }

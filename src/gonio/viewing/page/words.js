@@ -71,3 +71,9 @@ export function cellLabel(set, cell) {
   const turned = set.cells.some((c) => c.phi_i !== 0);
   return `${number(theta_i)}°${turned ? `, φᵢ ${number(phi_i)}°` : ""}`;
 }
+
+// How many of its values are shown; nothing where all are.
+export function shownOf(set) {
+  if (set.interpolated) return `Interpolated at ${set.shown} directions from the ${set.total} values of the table.`;
+  return set.shown < set.total ? `${set.shown} of ${set.total} values are shown.` : "";
+}

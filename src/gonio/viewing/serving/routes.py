@@ -19,6 +19,7 @@ from gonio.viewing.serving import answers, jobs, uploads
 from gonio.viewing.serving.guard import LOOPBACK, Guard
 from gonio.viewing.serving.jobs import Jobs
 from gonio.viewing.session import Opened, Session
+from gonio.viewing.sparse import table_of
 
 
 def application(
@@ -33,6 +34,7 @@ def application(
         Route("/page/{name:path}", _part),
         Route("/api/session", _session),
         Route("/api/set/{place:int}.bin", _columns),
+        Route("/api/set/{place:int}/table.bin", _table),
         Route("/api/model/{name}.js", _model(module, "text/javascript")),
         Route("/api/model/{name}.glsl", _model(shader, "text/plain")),
         *jobs.ROUTES,
@@ -71,6 +73,13 @@ async def _session(request: Request) -> Response:
 async def _columns(request: Request) -> Response:
     found = await asyncio.to_thread(lambda: opened_in(request).columns.encoded())
     return Response(found, media_type="application/octet-stream")
+
+
+async def _table(request: Request) -> Response:
+    table = table_of(opened_in(request).scan)
+    if table is None:
+        raise HTTPException(404, "this scan is no table that the page draws")
+    return Response(await asyncio.to_thread(table.encoded), media_type="application/octet-stream")
 
 
 def _model(text: Callable[[Any], str], kind: str) -> Callable[[Request], Any]:

@@ -158,7 +158,8 @@ def test_everything_by_keys(opened):
 
 STATES = {
     "as it opens": "",
-    "table, a value read": "document.querySelector('details').open = true; gonio.store.set({ cursor: { cell: 0, row: 3 } })",
+    "table, a value read": "document.querySelector('.table').open = true;"
+    "gonio.store.set({ cursor: { cell: 0, row: 3 } })",
     "list of keys": "document.dispatchEvent(new KeyboardEvent('keydown', { key: '?' }))",
 }
 
@@ -190,7 +191,7 @@ def test_hostile_names_are_text(opened):
 
 
 def test_a_slider_redraws_within_a_frame(opened, record_property):
-    """What an event of a slider costs until all is drawn, at 400 x 400: the median of 20, in the best of five rounds."""
+    """What an event of a slider costs until all is drawn, at 400 x 400: the best median of 20 of five."""
     tab = opened()
     tab.evaluate("gonio.actions.chooseModel('model', 'gonio-best')")
     settle(tab)
@@ -206,7 +207,8 @@ def test_a_slider_redraws_within_a_frame(opened, record_property):
             gonio.store.flush();
             for (const canvas of document.querySelectorAll("canvas")) {
               const gl = canvas.getContext("webgl2");
-              if (gl) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits until it is drawn
+              // Waits until it is drawn.
+              if (gl) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
             }
             times.push(performance.now() - before);
             await new Promise(requestAnimationFrame);

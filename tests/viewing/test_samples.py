@@ -16,12 +16,13 @@ INK = 30  # pixels of colour that a view has at least where it draws anything
 # Where a view is, and whether it says in words why it draws nothing.
 VIEWS = """() => Array.from(document.querySelectorAll("main > section"))
   .filter((s) => s.checkVisibility() && s.querySelector("canvas"))
-  .map((s) => ({ id: s.id, boxes: Array.from(s.querySelectorAll("canvas")).filter((c) => c.checkVisibility()).map((c) => {
-    const b = c.getBoundingClientRect();
-    return [b.left, b.top + scrollY, b.width, b.height];
-  }) }))"""
+  .map((s) => ({ id: s.id, boxes: Array.from(s.querySelectorAll("canvas"))
+    .filter((c) => c.checkVisibility())
+    .map((c) => c.getBoundingClientRect())
+    .map((b) => [b.left, b.top + scrollY, b.width, b.height]) }))"""
 BEYOND = """(width) => Array.from(document.querySelectorAll("body *"))
-  .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > width + 1 && !e.closest(".scroll, svg, dialog"))
+  .filter((e) => e.checkVisibility() && !e.closest(".scroll, svg, dialog"))
+  .filter((e) => e.getBoundingClientRect().right > width + 1)
   .map((e) => e.outerHTML.slice(0, 120))"""
 DRAWN = """(k) => gonio.actions.chooseSet(k).then(() => new Promise((done) => setTimeout(() =>
   requestAnimationFrame(() => requestAnimationFrame(done)), 50)))"""

@@ -52,7 +52,9 @@ def family(process):
     found = []
     for entry in os.listdir("/proc"):
         try:
-            parent = int(Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
+            parent = (
+                int(Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
+            )
         except (OSError, IndexError):
             continue
         if parent == process:
@@ -117,7 +119,9 @@ def test_exposing_is_warned_of_and_answers_to_the_name(scan):
         assert "nothing on the way is encrypted" in process.stderr.read()
 
 
-@pytest.mark.parametrize(("text", "seconds"), [("30m", 1800.0), ("90s", 90.0), ("2h", 7200.0), ("1.5 min", 90.0), ("", 0.0)])
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("30m", 1800.0), ("90s", 90.0), ("2h", 7200.0), ("1.5 min", 90.0), ("", 0.0)]
+)
 def test_a_time_has_a_unit(text, seconds):
     assert _seconds(text) == seconds
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from gonio import catalogue, simulate
-from gonio.formats.merl import FORMAT, directions
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
@@ -141,7 +140,9 @@ def test_a_click_reads_the_nearest_direction(shown):
     r = 60 / 90 * 200
     x, y = 32 + 200 - r * np.cos(np.radians(40)), 22 + 200 + r * np.sin(np.radians(40))
     shown.page.mouse.click(box["x"] + x + 6, box["y"] + y - 6)
-    row = shown.run("store.flush(); const s = store.get(); const set = s.sets[s.set]; const { row } = s.cursor; return [set.theta_r[row], set.phi[row]];")
+    row = shown.run(
+        "store.flush(); const s = store.get(); const set = s.sets[s.set]; const { row } = s.cursor; return [set.theta_r[row], set.phi[row]];"
+    )
     assert row == [60.0, 40.0]
     assert "θᵣ 60°, φ 40°" in shown.text("#status")
     shown.run("await actions.chooseSet(0); store.set({ mapView: 'both' });")

@@ -59,7 +59,7 @@ def served() -> tuple[str, str]:
 def in_one_file(session: Session, models: list[str]) -> str:
     """The page with all that it needs: scans, fits, and the models that are named."""
     known = [session.models[name] for name in models]
-    held = {
+    inside = {
         "session": session.described() | {"models": [m for m in session.described()["models"] if m["name"] in models]},
         "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
         "pairs": held(session),
@@ -71,7 +71,7 @@ def in_one_file(session: Session, models: list[str]) -> str:
     scripts = "\n".join(
         [
             f'<meta http-equiv="Content-Security-Policy" content="{ALONE}">',
-            f'<script type="application/json" id="gonio-held">{_inside(json.dumps(held))}</script>',
+            f'<script type="application/json" id="gonio-held">{_inside(json.dumps(inside))}</script>',
             f'<script type="importmap">{_import_map(imports)}</script>',
             '<script type="module">import "gonio/app.js";</script>',
         ]

@@ -98,7 +98,11 @@ class Table:
 def table_of(scan: xr.Dataset) -> Table | None:
     """The table of a scan whose cells are those of MERL; None for any other."""
     dims = set(scan["brdf"].dims) - set(AXES)
-    if scan.attrs.get(dataset.PARAMETERISATION) != NAME or not set(AXES) <= set(scan["brdf"].dims) or dims - {"channel"}:
+    if (
+        scan.attrs.get(dataset.PARAMETERISATION) != NAME
+        or not set(AXES) <= set(scan["brdf"].dims)
+        or dims - {"channel"}
+    ):
         return None
     around = math.radians(360.0 if float(scan["phi_d"].values[-1]) > 180.0 else 180.0)
     channels = tuple(str(c) for c in scan["channel"].values) if dims else ("",)

@@ -73,6 +73,14 @@ export async function opened() {
 """
 
 
+def complaints(tab: Any) -> list[str]:
+    """What a tab writes to its console from now on, but for what software graphics say of their own speed."""
+    wrong: list[str] = []
+    tab.on("console", lambda message: None if "GL Driver Message" in message.text else wrong.append(message.text))
+    tab.on("pageerror", lambda error: wrong.append(str(error)))
+    return wrong
+
+
 @contextmanager
 def served(*arguments: str | Path) -> Iterator[str]:
     """The address that `gonio view` prints; the program ends with the block."""

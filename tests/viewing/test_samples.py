@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gonio.formats import formats
-from viewed import served
+from viewed import complaints, served
 
 pytestmark = [pytest.mark.xdist_group("viewer"), pytest.mark.no_cover]
 LARGEST = 100_000  # bytes of a sample, where a format has one that is smaller
@@ -47,9 +47,7 @@ def page(chromium, files):
     """One page with a scan of every format, and what it complained of."""
     with served(*files.values()) as address:
         tab = chromium.new_page(viewport={"width": WIDTHS[0], "height": 740})
-        tab.wrong = []
-        tab.on("console", lambda message: tab.wrong.append(message.text))
-        tab.on("pageerror", lambda error: tab.wrong.append(str(error)))
+        tab.wrong = complaints(tab)
         tab.goto(address)
         tab.wait_for_selector("html[data-ready=true]")
         yield tab
@@ -68,6 +66,7 @@ def ink(picture, box, coloured):
 @pytest.mark.parametrize("name", sorted(formats()))
 def test_every_view_draws_every_format(name, page, files):
     place = list(files).index(name)
+    page.wrong.clear()
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": 740})
         page.evaluate(DRAWN, place)

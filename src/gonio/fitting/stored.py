@@ -30,6 +30,7 @@ from gonio.measured.dataset import DIRECTIONS, HORIZON, UNITS
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
 
+SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
 NUMBERS = (*DIRECTIONS, "wavelength")  # coordinates whose groups have numbers as labels
 HEAD = 8  # bytes: the longest of the signatures by which a NetCDF file is known
 LARGEST = 1e100  # larger values or counts are damage, and overflow in the formulas of models

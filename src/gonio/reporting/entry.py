@@ -13,12 +13,11 @@ from gonio.comparison.answer import fit
 from gonio.door.binary import sha256
 from gonio.files import refuse_existing
 from gonio.fitting.solution import Solution
+from gonio.fitting.stored import SOLUTION_FILE as SOLUTION_FILE
 from gonio.measured.dataset import points, unit
 from gonio.reporting.about import checked, read_about
 from gonio.reporting.case import Case, Known, Source
 from gonio.reporting.page import refuse_other_suffix, write
-
-SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
 
 
 def report(

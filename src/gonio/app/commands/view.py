@@ -13,13 +13,12 @@ from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
 from gonio.app.options import Force, ScanOptions, Scans
 from gonio.app.output import Plain, show
-from gonio.app.views import contents
 from gonio.door.json_text import load
 from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
+from gonio.fitting.stored import SOLUTION_FILE, is_solution
 from gonio.options import Option, Panel
 from gonio.outside import nearest
-from gonio.reporting.entry import SOLUTION_FILE
 
 if TYPE_CHECKING:
     from gonio.viewing.session import Opened, Session
@@ -108,7 +107,7 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
         raise ValueError(f"{view.model}: there is no such model; {nearest(view.model, catalogue)}")
     opened = [_opened(path, used) for path in files]
     for name in view.solution:
-        solution = contents.fit_in(_file_of(Path(name)))
+        solution = _fit_in(Path(name))
         if solution is None:
             raise ValueError(f"{name}: holds no fit: give what gonio fit --out writes")
         opened[0].fits[_called(Path(name))] = solution
@@ -127,7 +126,7 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
 def _opened(path: Path, used: ScanOptions) -> "Opened":
     from gonio.viewing.session import Opened
 
-    solution: Solution | None = contents.fit_in(_file_of(path))
+    solution: Solution | None = _fit_in(path)
     if solution is None:
         return Opened(path.name, used.read(path))
     used.refuse_for(path, "a fit")
@@ -140,6 +139,8 @@ def _called(path: Path) -> str:
     return path.parent.name or path.name if path.name == SOLUTION_FILE else path.name
 
 
-def _file_of(path: Path) -> Path:
-    """The fit in a folder that `gonio fit --out` wrote, or the path itself."""
-    return path / SOLUTION_FILE if (path / SOLUTION_FILE).is_file() else path
+def _fit_in(path: Path) -> Solution | None:
+    """The fit in a file, or in a folder that `gonio fit --out` wrote; None where the path holds something else."""
+    inside = path / SOLUTION_FILE
+    file = inside if inside.is_file() else path
+    return Solution.load(file) if is_solution(file) else None

@@ -26,6 +26,8 @@ from gonio.resampling.difference import FLOOR
 from gonio.units import unit_label
 from gonio.viewing.sparse import is_table, sparse, table_of
 
+Values = npt.NDArray[np.float64]
+
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
 NUMBERS = ("theta_i", "theta_r", "phi", "phi_i", "signed", "value", "uncertainty", "weight")
 
@@ -81,22 +83,13 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     least_value = least(flat)
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
-    ends = np.append(first[1:], len(cell))
     labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
     weighting, numbers["weight"], noise_floor = _weights(scan, flat)
     floor = float(np.fmax(least_value, FLOOR * noise_floor))
-    unit = dataset.unit(scan)
-    reflected = flat["mode"].values != "transmission" if "mode" in flat.coords else np.ones(len(order), dtype=bool)
-    header = {
-        "name": name,
-        "unit": unit,
-        "unit_label": unit_label(unit) or "1",
-        "quantity": quantity_of(scan),
-        "relative": unit == dataset.RELATIVE,
+    header = _about(name, scan) | {
         "light": light,
-        "origin": origin_word(scan),
         "total": total,
         "shown": len(order),
         "masked": int(dataset.flatten(scan).sizes["direction"] - total),
@@ -105,22 +98,44 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
         "floor": floor if np.isfinite(floor) else None,
         "by": list(by),
         "blocks": labels,
-        "cells": [
-            {
-                "block": int(block[a]),
-                "theta_i": float(flat["theta_i"].values[a]),
-                "phi_i": float(turned[a]),
-                "start": int(a),
-                "end": int(b),
-                "reflected": bool(reflected[a]),
-                "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
-            }
-            for a, b in zip(first, ends, strict=True)
-        ],
+        "cells": _cells(flat, block, turned, first, numbers["signed"]),
     }
     if of_table:
         header |= _about_table(whole, labels)
     return Columns(header, flat, order, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS}, least_value)
+
+
+def _about(name: str, scan: xr.Dataset) -> dict[str, Any]:
+    """What its values are."""
+    unit = dataset.unit(scan)
+    return {
+        "name": name,
+        "unit": unit,
+        "unit_label": unit_label(unit) or "1",
+        "quantity": quantity_of(scan),
+        "relative": unit == dataset.RELATIVE,
+        "origin": origin_word(scan),
+    }
+
+
+def _cells(
+    flat: xr.Dataset, block: npt.NDArray[np.intp], turned: Values, first: npt.NDArray[np.intp], signed: Values
+) -> list[dict[str, Any]]:
+    """Of each cell its block, incidence and rows; `reflected`: whether a model, which reflects, describes it."""
+    ends = np.append(first[1:], len(block))
+    reflected = flat["mode"].values != "transmission" if "mode" in flat.coords else np.ones(len(block), dtype=bool)
+    return [
+        {
+            "block": int(block[a]),
+            "theta_i": float(flat["theta_i"].values[a]),
+            "phi_i": float(turned[a]),
+            "start": int(a),
+            "end": int(b),
+            "reflected": bool(reflected[a]),
+            "in_plane": int(np.isfinite(signed[a:b]).sum()),
+        }
+        for a, b in zip(first, ends, strict=True)
+    ]
 
 
 def _light(scan: xr.Dataset) -> str:

@@ -1,5 +1,6 @@
 """`gonio view`: scans and fits on a page that answers at once."""
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,7 +49,9 @@ class ViewOptions:
     out: Annotated[str, Option("write the page to a file instead of serving it", metavar="PAGE.html")] = ""
     no_browser: Annotated[bool, Option("print the address, and open no browser")] = False
     state: Annotated[str, Option("begin as a page was: the state.json of its Share", metavar="FILE")] = ""
-    port: Annotated[int, Option("the port to listen at; without it one that is free", metavar="N", lowest=0)] = 0
+    port: Annotated[
+        int, Option("the port to listen at; without it one that is free", metavar="N", lowest=0, highest=65535)
+    ] = 0
     host: Annotated[str, Option("the address to listen at; another than this machine's needs --expose")] = "127.0.0.1"
     expose: Annotated[bool, Option("let other machines in")] = False
     idle: Annotated[str, Option("end when nobody has asked for so long: 30m, 90s, 2h", metavar="TIME")] = ""
@@ -105,6 +108,7 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
 
     if view.model and view.model not in catalogue:
         raise ValueError(f"{view.model}: there is no such model; {nearest(view.model, catalogue)}")
+    given = _given(view.model or FIRST, values)
     opened = [_opened(path, used) for path in files]
     for name in view.solution:
         solution = _fit_in(Path(name))
@@ -116,11 +120,25 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
     return Session(
         opened,
         model=view.model or FIRST,
-        values=values.values(),
+        values=given,
         pair=(0, 1) if view.diff else (),
         begin_with_model=bool(view.model),
         state=load(Path(view.state)).value if view.state else {},
     )
+
+
+def _given(name: str, values: ValueOptions) -> dict[str, float]:
+    """The values that the model begins with; ValueError for a parameter that it lacks, or beyond its bounds."""
+    model, given = catalogue[name], values.values()
+    for parameter, value in given.items():
+        if parameter not in model.parameters:
+            raise ValueError(f"{name} has no parameter {parameter!r}; it has {', '.join(model.parameters)}")
+        lower, upper = (0.0, math.inf)
+        if parameter in model.shape:
+            lower, upper = model.shape[parameter].lower, model.shape[parameter].upper
+        if not lower <= value <= upper:
+            raise ValueError(f"{parameter} is {value:g}: {name} takes {lower:g} to {upper:g}")
+    return given
 
 
 def _opened(path: Path, used: ScanOptions) -> "Opened":

@@ -12,7 +12,7 @@ import pytest
 from gonio import Problem, catalogue, fit, simulate, write
 from gonio.viewing.assembled import parts
 
-HEAVY = ("matplotlib", "scipy.optimize", "scipy.stats", "jinja2.environment", "jax", "distributed", "gonio.reporting")
+HEAVY = ("matplotlib", "scipy.optimize", "scipy.stats", "jax", "distributed", "gonio.reporting")
 STARTED = 6.0  # s of a processor, of which a quiet machine needs a quarter
 
 
@@ -40,12 +40,12 @@ def here(tmp_path, monkeypatch):
     ("arguments", "said"),
     [
         ("missing.csv", "missing.csv: there is no such file"),
-        ("scan.csv --model ggxx", "ggxx: there is no such model; did you mean ggx"),
+        ("scan.csv --model ggxx", "ggxx: there is no such model; nearest: ggx"),
         ("scan.csv --solution scan.csv", "scan.csv: holds no fit: give what gonio fit --out writes"),
         ("scan.csv --diff", "--diff compares two files: name both"),
         ("scan.csv --out page.pdf", "page.pdf: the page is HTML: give a name that ends in .html"),
         ("scan.csv --out nowhere/page.html", "nowhere"),
-        ("masked.nc", "no value is in use, so there is nothing to show"),
+        ("masked.nc", "no value is in use: every value is masked or missing: loosen the masks"),
         ("dolp.csv", "dolp.csv: degrees of polarisation are no BRDF, which the page shows: gonio plot draws them"),
         ("scan.csv --model lambert --set colour=3", "lambert has no parameter 'colour'; it has rho"),
         ("scan.csv --model lambert --set rho=-1", "rho is -1: lambert takes 0 to inf"),
@@ -56,8 +56,9 @@ def test_refusals_are_one_line_with_the_remedy(run, here, arguments, said):
     code, out, err = run("view", *arguments.split(), "--no-browser")
     assert code in (1, 2)
     assert out == ""
-    assert said in err
-    assert err.count("\n") == 1
+    *warnings, refusal = err.splitlines()
+    assert all(": warning: " in line for line in warnings)
+    assert said in refusal
     assert "mistake in gonio" not in err
 
 
@@ -76,18 +77,15 @@ def test_a_port_in_use_is_told(run, here):
 def test_it_starts_without_what_a_first_curve_does_not_need(here):
     """From the start of the program to all that its page needs, in seconds of a processor: others may be busy."""
     code = (
-        "import json, sys; sys.argv = ['gonio', 'view', 'scan.csv', '--out', 'page.html']; from gonio.app.cli import main;"
-        f"main(); print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]))"
+        "import json, sys; sys.argv = ['gonio', 'view', 'scan.csv', '--out', 'page.html']\n"
+        "from gonio.app.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        f"print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]))"
     )
-    if "dask" in sys.modules or __import__("importlib.util").util.find_spec("dask"):
-        code = f"import dask; {code}"
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=here)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    loaded = set(json.loads(done.stdout.splitlines()[-1])) - {
-        "jinja2.environment"
-    }  # which Dask loads, where it is there
-    assert loaded == set()
+    assert json.loads(done.stdout.splitlines()[-1]) == []
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     print(f"{seconds:.2f} s of a processor")
     assert seconds < STARTED
@@ -97,8 +95,8 @@ def test_the_page_is_small():
     """What developers write, and what the libraries weigh: a page that opens at once, also in one file."""
     own = {name: len(text) for name, text in parts().items() if not name.startswith("vendor/")}
     vendor = sum(len(text) for name, text in parts().items() if name.startswith("vendor/"))
-    assert sum(own.values()) < 150_000
-    assert vendor < 400_000
+    assert sum(own.values()) < 200_000
+    assert sum(own.values()) + vendor < 400_000
 
 
 def test_every_library_of_the_page_brings_its_licence():

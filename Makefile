@@ -15,7 +15,7 @@ THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # JAX compiles in a third of the time; a stack that is fitted by a process of its own is compiled as users have it.
 QUICK := XLA_FLAGS="--xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1"
 
-.PHONY: help demo test check format docs links pages screens pictures lock clean
+.PHONY: help demo test check format docs links pages screens pictures vendor lock clean
 
 help: ## what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1: /p' $(firstword $(MAKEFILE_LIST))
@@ -54,6 +54,16 @@ screens: $(VENV)/.test $(VENV)/.gonio ## the screens that tests compare with, an
 
 pictures: $(VENV)/.test $(VENV)/.gonio ## the figures that tests compare with, anew: look at each that git shows
 	GONIO_RENEW_PICTURES=1 $(THREADS) $(BIN)/python -m pytest -q tests/printed
+
+# Of pinned versions, bundled and made small: what comes out is the same, byte for byte, until a version is changed.
+PAGE := src/gonio/viewing/page/vendor
+vendor: ## the JavaScript libraries of gonio view anew, in the versions of benchmarks/vendor/package.json (needs npm)
+	mkdir -p $(VENV)/vendor && cp benchmarks/vendor/* $(VENV)/vendor
+	npm install --prefix $(VENV)/vendor --no-audit --no-fund --silent
+	cd $(VENV)/vendor && for name in ogl uplot; do node_modules/.bin/esbuild $$name.js --bundle --minify --format=esm --log-level=warning \
+		--outfile=../../$(PAGE)/$$name.js --allow-overwrite || exit 1; done
+	cp $(VENV)/vendor/node_modules/uplot/dist/uPlot.min.css $(PAGE)/uplot.css
+	cp $(VENV)/vendor/node_modules/uplot/LICENSE $(PAGE)/uplot.LICENSE
 
 clean: ## takes away everything that was made
 	rm -rf $(VENV) .venv-* demo dist build docs/_build docs/api docs/examples .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis

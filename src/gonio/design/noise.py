@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.optimize import nnls
 
 from gonio.fitting.certainty.noise import EXACT, Kinds, estimated
 from gonio.measured.sound import is_stated
@@ -79,6 +78,8 @@ def noise_of(points: xr.Dataset, modelled: Values, slopes: Values) -> Noise:
 
 def _of_parts(variance: Values, modelled: Values, said: str) -> Noise:
     """Both parts by least squares of relative errors of the variance (points,), neither below zero (NNLS)."""
+    from scipy.optimize import nnls  # late: half a second that who only looks does not need
+
     top = float(modelled.max()) or 1.0
     shares = np.stack([np.ones_like(variance), (modelled / top) ** 2], axis=1)
     amounts, _ = nnls(shares / variance[:, None], np.ones_like(variance))

@@ -30,6 +30,7 @@ from gonio.measured.dataset import DIRECTIONS, HORIZON, UNITS
 from gonio.measured.instrument import Instrument
 from gonio.model import Model
 
+SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
 NUMBERS = (*DIRECTIONS, "wavelength")  # coordinates whose groups have numbers as labels
 SOLUTION_FILE = "solution.nc"  # of a folder that `gonio fit --out` wrote
 HEAD = 8  # bytes: the longest of the signatures by which a NetCDF file is known

@@ -8,7 +8,6 @@ from enum import StrEnum
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.optimize import minimize_scalar, nnls
 
 from gonio.measured.dataset import is_in_plane, points, sets, signed_theta_r
 
@@ -107,6 +106,7 @@ def _line(x: Values, y: Values) -> tuple[float, float, float]:
 
 def _floor(t: Values, f: Values) -> float:
     """The constant of the best Lorentz curve plus constant, neither negative."""
+    from scipy.optimize import minimize_scalar, nnls  # late: half a second that who only looks does not need
 
     def weights(log_gamma: float) -> tuple[Values, float]:
         lobe = 1 / (1 + (t / math.exp(log_gamma)) ** 2)

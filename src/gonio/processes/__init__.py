@@ -41,7 +41,7 @@ def crew(workers: int) -> Iterator[Crew]:
 
     other_children = set(active_children())
     with _one_thread_each():
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin)
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=begin)
 
         def shared(work: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[int, Result]]:
             with unbroken(), deaf_to_interrupts():
@@ -65,7 +65,7 @@ def results(work: Callable[[Item], Result], items: Sequence[Item], workers: int)
         yield from shared(work, items)
 
 
-def _begin() -> None:
+def begin() -> None:
     """What a new process does first: it takes no Ctrl-C, and ends when the process that started it does."""
     ignore_interrupts()
     threading.Thread(target=_end_with_parent, daemon=True).start()

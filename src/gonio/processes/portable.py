@@ -82,6 +82,19 @@ def _of_address_space() -> float:
     return float(limit - taken)
 
 
+def limit_memory(room: int) -> None:
+    """Let this process take so many more bytes of address space, and never more; nothing where no system limits it."""
+    try:
+        import resource
+
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        limit = taken + room if hard == resource.RLIM_INFINITY else min(taken + room, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    except (ImportError, OSError, ValueError):  # Windows, macOS
+        return
+
+
 def is_running(process: int) -> bool:
     """Whether a process of this machine is there; True where the system does not tell."""
     if os.name != "posix":  # a signal that ends nothing is of POSIX alone

@@ -13,6 +13,7 @@ from gonio.comparison.answer import fit
 from gonio.door.binary import sha256
 from gonio.files import refuse_existing
 from gonio.fitting.solution import Solution
+from gonio.fitting.stored import SOLUTION_FILE as SOLUTION_FILE
 from gonio.measured.dataset import points, unit
 from gonio.reporting.about import checked, read_about
 from gonio.reporting.case import Case, Known, Source

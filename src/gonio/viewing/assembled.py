@@ -9,6 +9,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 from gonio.viewing.described import module, shader
+from gonio.viewing.pairs import held
 from gonio.viewing.session import Session
 
 STYLES = ("vendor/uplot.css", "style.css")
@@ -58,9 +59,10 @@ def served() -> tuple[str, str]:
 def in_one_file(session: Session, models: list[str]) -> str:
     """The page with all that it needs: scans, fits, and the models that are named."""
     known = [session.models[name] for name in models]
-    held = {
+    inside = {
         "session": session.described() | {"models": [m for m in session.described()["models"] if m["name"] in models]},
         "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
+        "pairs": held(session),
         "shaders": {model.name: shader(model) for model in known},
     }
     imports = {f"gonio/{name}": _data(parts()[name]) for name in _scripts()}
@@ -69,7 +71,7 @@ def in_one_file(session: Session, models: list[str]) -> str:
     scripts = "\n".join(
         [
             f'<meta http-equiv="Content-Security-Policy" content="{ALONE}">',
-            f'<script type="application/json" id="gonio-held">{_inside(json.dumps(held))}</script>',
+            f'<script type="application/json" id="gonio-held">{_inside(json.dumps(inside))}</script>',
             f'<script type="importmap">{_import_map(imports)}</script>',
             '<script type="module">import "gonio/app.js";</script>',
         ]

@@ -13,15 +13,20 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.comparison.metrics import least
 from gonio.comparison.ranking import settled
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct
+from gonio.measured.polarisers import POLARISATION, unpolarised
 from gonio.measured.sound import is_stated
 from gonio.plotting.panels import origin_word
 from gonio.plotting.style import quantity_of
+from gonio.resampling.difference import FLOOR
 from gonio.units import unit_label
 from gonio.viewing.sparse import is_table, sparse, table_of
+
+Values = npt.NDArray[np.float64]
 
 MOST = 50_000  # rows that a page is given; the others are left out, and the page says so
 NUMBERS = ("theta_i", "theta_r", "phi", "phi_i", "signed", "value", "uncertainty", "weight")
@@ -32,13 +37,16 @@ class Columns:
     """The rows of a scan, sorted by block and cell.
 
     header: what a page has to know of them, as JSON. points: the flat Dataset of the rows, in their order.
-    first: the first row of every cell. columns: float64 by name, each of the length of points.
+    rows: where they are among the values in use of the scan. first: the first row of every cell. columns: float64 by
+    name, each of the length of points. least: below which a logarithm says nothing, of the whole scan.
     """
 
     header: dict[str, Any]
     points: xr.Dataset
+    rows: npt.NDArray[np.intp]
     first: npt.NDArray[np.intp]
     columns: dict[str, npt.NDArray[np.float64]]
+    least: float
 
     def encoded(self) -> bytes:
         """All of it as bytes."""
@@ -52,10 +60,16 @@ class Columns:
 
 
 def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
-    """The columns of a scan, of a table at some directions; ValueError where it holds no value that is in use."""
+    """The columns of a scan, of a table at some directions, as a model without polarisation sees it.
+
+    Raises ValueError where the scan holds no value that is in use, and for degrees of polarisation, which are no BRDF.
+    """
+    if dataset.is_degree(scan):
+        raise ValueError(f"{name}: degrees of polarisation are no BRDF, which the page shows: gonio plot draws them")
     whole = scan
     if of_table := is_table(scan):
         scan = sparse(scan)
+    light, scan = _light(scan), unpolarised(scan)
     flat = dataset.points(scan)
     total = flat.sizes["direction"]
     if not total:
@@ -66,28 +80,33 @@ def columns_of(name: str, scan: xr.Dataset, most: int = MOST) -> Columns:
     cell = combined([block, flat["theta_i"].values, turned])
     order = np.lexsort((_signed(flat), ~dataset.is_in_plane(flat), cell))
     order = order[_kept(cell[order], most)]
+    least_value = least(flat)
     flat, cell, block, turned = flat.isel(direction=order), cell[order], block[order], turned[order]
     first = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
     labels = [{n: _plain(flat[n].values[row]) for n in by} for row in _first_of(block)]
     numbers = {n: flat[n].values for n in ("theta_i", "theta_r", "phi")} | {"phi_i": turned, "signed": _signed(flat)}
     numbers |= {"value": flat["brdf"].values, "uncertainty": _uncertainty(flat)}
-    weighting, numbers["weight"] = _weights(scan, flat)
-    header = _header(name, scan, flat) | {
+    weighting, numbers["weight"], noise_floor = _weights(scan, flat)
+    floor = float(np.fmax(least_value, FLOOR * noise_floor))
+    header = _about(name, scan) | {
+        "light": light,
         "total": total,
+        "shown": len(order),
         "masked": int(dataset.flatten(scan).sizes["direction"] - total),
         "weighting": weighting,
         "logarithmic": WEIGHTINGS[weighting].logarithmic,
+        "floor": floor if np.isfinite(floor) else None,
         "by": list(by),
         "blocks": labels,
-        "cells": _cells(block, first, numbers),
+        "cells": _cells(flat, block, turned, first, numbers["signed"]),
     }
     if of_table:
         header |= _about_table(whole, labels)
-    return Columns(header, flat, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS})
+    return Columns(header, flat, order, first, {n: np.asarray(numbers[n], dtype=float) for n in NUMBERS}, least_value)
 
 
-def _header(name: str, scan: xr.Dataset, flat: xr.Dataset) -> dict[str, Any]:
-    """What the values are."""
+def _about(name: str, scan: xr.Dataset) -> dict[str, Any]:
+    """What its values are."""
     unit = dataset.unit(scan)
     return {
         "name": name,
@@ -96,25 +115,37 @@ def _header(name: str, scan: xr.Dataset, flat: xr.Dataset) -> dict[str, Any]:
         "quantity": quantity_of(scan),
         "relative": unit == dataset.RELATIVE,
         "origin": origin_word(scan),
-        "shown": flat.sizes["direction"],
     }
 
 
 def _cells(
-    block: npt.NDArray[np.intp], first: npt.NDArray[np.intp], numbers: dict[str, npt.NDArray[np.float64]]
+    flat: xr.Dataset, block: npt.NDArray[np.intp], turned: Values, first: npt.NDArray[np.intp], signed: Values
 ) -> list[dict[str, Any]]:
-    """Of every cell its block, its incidence, its rows, and how many of these lie in the plane of incidence."""
+    """Of each cell its block, incidence and rows; `reflected`: whether a model, which reflects, describes it."""
+    ends = np.append(first[1:], len(block))
+    reflected = flat["mode"].values != "transmission" if "mode" in flat.coords else np.ones(len(block), dtype=bool)
     return [
         {
             "block": int(block[a]),
-            "theta_i": float(numbers["theta_i"][a]),
-            "phi_i": float(numbers["phi_i"][a]),
+            "theta_i": float(flat["theta_i"].values[a]),
+            "phi_i": float(turned[a]),
             "start": int(a),
             "end": int(b),
-            "in_plane": int(np.isfinite(numbers["signed"][a:b]).sum()),
+            "reflected": bool(reflected[a]),
+            "in_plane": int(np.isfinite(signed[a:b]).sum()),
         }
-        for a, b in zip(first, np.append(first[1:], len(block)), strict=True)
+        for a, b in zip(first, ends, strict=True)
     ]
+
+
+def _light(scan: xr.Dataset) -> str:
+    """How readings of polarised light are shown; empty where the scan has none."""
+    if POLARISATION not in scan.coords or unpolarised(scan) is scan:
+        return ""
+    states = distinct(dataset.flatten(scan)[POLARISATION].values.astype(str))[0].tolist()
+    if len(states) == 1:
+        return f"Readings in {states[0]}, taken as if the light were unpolarised: models are shown for that."
+    return f"Readings in {', '.join(states)}, as unpolarised light gives them: models are shown for that."
 
 
 def _about_table(whole: xr.Dataset, labels: list[dict[str, Any]]) -> dict[str, Any]:
@@ -140,13 +171,14 @@ def _uncertainty(flat: xr.Dataset) -> npt.NDArray[np.float64]:
     return np.where(is_stated(stated), stated, np.nan)
 
 
-def _weights(scan: xr.Dataset, flat: xr.Dataset) -> tuple[str, npt.NDArray[np.float64]]:
-    """The weighting that `gonio fit` takes for the scan, and the weight of every row."""
+def _weights(scan: xr.Dataset, flat: xr.Dataset) -> tuple[str, npt.NDArray[np.float64], float]:
+    """The weighting that `gonio fit` takes for the scan, the weight of every row, and the noise floor."""
     options = settled(scan, {})
     try:
-        return options.weighting, WEIGHTINGS[options.weighting].weights(flat, options.noise_floor)
+        weights = WEIGHTINGS[options.weighting].weights(flat, options.noise_floor)
     except ValueError:  # no default suits: no value is positive
-        return "uniform", WEIGHTINGS["uniform"].weights(flat, 0.0)
+        return "uniform", WEIGHTINGS["uniform"].weights(flat, 0.0), 0.0
+    return options.weighting, weights, options.noise_floor
 
 
 def _kept(cell: npt.NDArray[np.intp], most: int) -> npt.NDArray[np.intp]:

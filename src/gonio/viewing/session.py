@@ -54,7 +54,8 @@ class Session:
     """All that a page shows.
 
     model, values: what it begins with; without a fit the weights follow the data. pair: the scans that are compared.
-    begin_with_model: whether that is so where there are fits as well.
+    begin_with_model: whether that is so where there are fits as well. state: what another page wrote of itself, to
+    begin with.
     """
 
     opened: list[Opened]
@@ -63,6 +64,12 @@ class Session:
     values: Mapping[str, float] = field(default_factory=dict)
     pair: Sequence[int] = ()
     begin_with_model: bool = False
+    state: Mapping[str, Any] = field(default_factory=dict)
+
+    def refuse_unshown(self) -> None:
+        """ValueError for a scan or a fit that a page cannot show, before one is served or written."""
+        for one in self.opened:
+            _ = one.columns, one.described()
 
     def needed(self) -> list[str]:
         """The models of a page that cannot ask for others: those of the fits, and the one it begins with."""
@@ -79,4 +86,5 @@ class Session:
             "values": dict(self.values),
             "pair": list(self.pair),
             "begin_with_model": self.begin_with_model,
+            "state": dict(self.state),
         }

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import nnls
 
 from gonio.fitting.objective.cells.linear import Linear, plane_of, scaled
 from gonio.fitting.objective.loss import LOSSES
@@ -108,6 +107,8 @@ def _amounts(residual: Values, kinds: Values) -> tuple[Values, float]:
     residual over the variance so far, and n = FREEDOM, the new variance is fitted to (n + 1)/(n + u^2) u^2 times the
     old one, by amounts that are not negative (NNLS). The least variance keeps an exact fit from dividing by zero.
     """
+    from scipy.optimize import nnls  # late: half a second that who only looks does not need
+
     counted = kinds[:, 0] > 0  # a point without weight has no residual either
     squared, shares = residual[counted] ** 2, kinds[counted]
     both = shares.sum(axis=1)

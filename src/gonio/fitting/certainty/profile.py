@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from gonio.fitting.certainty.covariance import estimator, tangent
 from gonio.fitting.objective.differences import SMALLEST
@@ -224,4 +223,6 @@ class _Line:
 
     def _crossing(self, near: Values, inside: float, outside: float, factor: float) -> float:
         """The value at which the rise is the factor, between two places, by Brent's method."""
+        from scipy.optimize import brentq  # late: half a second that who only looks does not need
+
         return float(brentq(lambda at: self.rise(near, at)[1] - factor, inside, outside, rtol=1e-6))

@@ -17,11 +17,10 @@ How many digits they reach on NIST's certified problems (nist1998) is in docs/so
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import OptimizeResult, least_squares
 
 from gonio.fitting.objective.differences import (
     EPS,
@@ -36,6 +35,9 @@ from gonio.fitting.objective.differences import (
     within,
 )
 from gonio.fitting.objective.tangent import Tangent
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Values = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -238,11 +240,13 @@ class _Region(NamedTuple):
 
 def _trust_region(
     residual: Function, jacobian: Function, region: _Region, tolerance: float, max_steps: int
-) -> OptimizeResult:
+) -> "OptimizeResult":
     """SciPy's search over the free values, in units of their sizes and of the residual's length at the start.
 
     So no unit decides when SciPy's absolute tolerance of the gradient ends it. `x` of the result holds all values.
     """
+    from scipy.optimize import least_squares  # late: half a second that who only looks does not need
+
     point, free = region.point, region.free
     units = region.sizes[free]
     length = _squared(residual(point)) ** 0.5 or 1.0  # an exact fit leaves nothing to divide by
@@ -267,7 +271,7 @@ def _trust_region(
     return result
 
 
-def _reach(result: OptimizeResult, sizes: Values, free: Mask) -> Values:
+def _reach(result: "OptimizeResult", sizes: Values, free: Mask) -> Values:
     """The change of each value that would move the residual by its own length; zero for a value that is held.
 
     SciPy's cost is half the squared residual. A value without slope reaches everywhere, at infinity.

@@ -11,7 +11,6 @@ and no upper one, and by BVLS (Stark and Parker) otherwise: active-set methods, 
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear, nnls
 
 Values = npt.NDArray[np.float64]
 ALIKE = 1e-12  # of the largest diagonal element of R: below, a column is a combination of others but for rounding
@@ -58,6 +57,8 @@ def _free(r: Values, projected: Values) -> Values:
 
 def _bounded(r: Values, projected: Values, low: Values, high: Values) -> Values:
     """The optimum within bounds of one problem whose free optimum leaves them."""
+    from scipy.optimize import lsq_linear, nnls  # late: half a second that who only looks does not need
+
     if not low.any() and np.isinf(high).all():
         return nnls(r, projected)[0]
     return lsq_linear(r, projected, (low, high), method="bvls", tol=1e-15).x

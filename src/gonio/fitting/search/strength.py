@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
 
 from gonio.fitting.objective.cells.linear import linearised, plane_of
 from gonio.fitting.objective.problem import Problem
@@ -107,6 +106,8 @@ def _least(fit: _Fit, names: Sequence[str], predicted: Mask) -> _Fit:
     Each fit starts from that of the next stronger smoothing, which is near. The sum of errors may have several minima
     over the strength: decades find the lowest, Brent's bounded search only its exact place.
     """
+    from scipy.optimize import minimize_scalar  # late: half a second that who only looks does not need
+
     path = [_fitted(fit.problem, names, STRONGEST, fit.vector)]
     for exponent in range(STRONGEST - 1, WEAKEST - 1, -1):
         path.append(_fitted(fit.problem, names, exponent, path[-1].vector))

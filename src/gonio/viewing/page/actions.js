@@ -9,9 +9,9 @@ export function actionsOf(store) {
   const actions = {
     async chooseSet(k) {
       if (!state.sets[k].value) await fetched(state, k);
-      store.set({ set: k, block: 0, cursor: null });
-      const names = Object.keys(state.sets[k].fits);
-      await (names.length && !(state.beginWithModel && k === 0) ? actions.chooseModel("fit", names[0]) : actions.chooseModel("model", state.model?.declaration.name ?? state.first));
+      const [fitted] = Object.keys(state.sets[k].fits);
+      const name = state.model?.declaration.name ?? state.first;
+      await (fitted !== undefined && !(state.beginWithModel && k === 0) ? actions.chooseModel("fit", fitted, k) : actions.chooseModel("model", name, k));
     },
 
     chooseBlock(block) {
@@ -21,17 +21,19 @@ export function actionsOf(store) {
     },
 
     // A fit of the scan by name, or a model of the catalogue with its default shape and exact weights.
-    async chooseModel(kind, name) {
-      const set = state.sets[state.set];
+    // Both change at once: what is drawn of a scan never has the groups of another.
+    async chooseModel(kind, name, k = state.set) {
+      const set = state.sets[k];
       const fit = kind === "fit" ? set.fits[name] : null;
       const module = await source.model(fit ? fit.model : name);
       const { declaration } = module;
       const model = { declaration, module };
       const groups = fit ? fit.parameters.map((p) => p.cells) : groupsOf(set, declaration);
       const values = fit ? fit.parameters.map((p) => p.values.slice()) : firstValues(declaration, groups, kind === "model" ? state.given : {});
-      const block = state.block < set.blocks.length ? state.block : 0;
+      const block = k === state.set && state.block < set.blocks.length ? state.block : 0;
       const cell = set.cells.findIndex((c) => c.block === block);
-      store.set({ model, groups, values, fit, fitName: fit ? name : "", locked: new Set(), follow: !fit, block, cell });
+      const chosen = { fit, fitName: fit ? name : "", locked: new Set(), follow: !fit };
+      store.set({ set: k, block, cell, cursor: null, model, groups, values, ...chosen });
       store.set({ hidden: hiddenAtFirst(state) });
       if (!fit) store.set({ values: withGiven(snapped(state), state, declaration) });
       store.set({ first_values: state.values, ranges: rangesOf(state) });

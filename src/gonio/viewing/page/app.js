@@ -1,10 +1,17 @@
 // The page: its state, its views, and what happens first.
 
 import { actionsOf, fetched } from "gonio/actions.js";
+import * as compare from "gonio/compare.js";
 import { computed } from "gonio/compute.js";
 import * as curves from "gonio/curves.js";
-import * as gl from "gonio/gl.js";
+import * as drag from "gonio/drag.js";
+import * as exporting from "gonio/export.js";
+import * as files from "gonio/files.js";
+import * as fitting from "gonio/fit.js";
 import * as keys from "gonio/keys.js";
+import * as laws from "gonio/laws.js";
+import * as link from "gonio/link.js";
+import * as gl from "gonio/gl.js";
 import * as lobe from "gonio/lobe.js";
 import * as map from "gonio/map.js";
 import { fetchTables } from "gonio/modelled.js";
@@ -43,6 +50,12 @@ async function start() {
     ranges: [],
     result: null,
     cursor: null,
+    job: null,
+    second: session.pair[1] ?? -1,
+    pair: null,
+    pairAs: "ratio",
+    dragging: false,
+    uploadLimit: session.upload_limit,
     error: "",
   });
   const state = store.get();
@@ -54,14 +67,22 @@ async function start() {
   top.mount(place("top"), store, actions);
   panel.mount(place("panel"), store, actions);
   curves.mount(place("curves"), store, actions);
+  fitting.mount(place("panel"), store, actions);
+  compare.mount(place("panel"), place("curves"), store);
+  files.mount(place("panel"), store, actions);
+  drag.mount(place("curves"), store, actions);
   gl.start(store);
   fetchTables(store);
   map.mount(place("map"), store);
   lobe.mount(place("lobe"), store);
   sphere.mount(place("sphere"), store);
   status.mount(place("status"), store);
+  laws.mount(place("status"), store);
+  link.mount(store);
+  exporting.mount(store);
   keys.mount(document, store, actions);
   await actions.chooseSet(0);
+  await link.begin(store, actions, session.state);
   store.set({ sets: state.sets.slice() });
   window.gonio = { store, actions }; // for tests, and for the curious
   document.documentElement.dataset.ready = "true";

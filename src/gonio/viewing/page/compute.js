@@ -1,10 +1,11 @@
 // What the model gives: curves in the plane of incidence, values at the measured directions, and how well they agree.
 
 import { detector, inPlane, light } from "gonio/angles.js";
-import { uncertainty } from "gonio/band.js";
+import { halfWidth } from "gonio/band.js";
 
 const STEP = 0.5; // deg, of the curves
 const MOST = 20000; // values of which the agreement is computed at each move of a slider
+const SMALLEST = 2 ** -1022; // what a model that is zero counts as in a logarithm, as for gonio
 
 // The values of the model for one cell, in the order of its functions.
 export const valuesOf = (state, cell) => state.values.map((own, k) => own[state.groups[k][cell]]);
@@ -21,8 +22,10 @@ export function cellsShown(state) {
   return cells.map((_, k) => k).filter((k) => cells[k].block === state.block);
 }
 
-// A function of directions for one cell: unit vectors to the light and to the detector.
+// A function of directions for one cell: unit vectors to the light and to the detector. Models describe reflection: of
+// light that went through they say nothing.
 export function evaluator(state, cell) {
+  if (!state.sets[state.set].cells[cell].reflected) return () => () => NaN;
   const { module } = state.model;
   const values = valuesOf(state, cell);
   const pre = module.pre(values);
@@ -51,9 +54,21 @@ export function computed(state) {
     const { theta_i, phi_i } = set.cells[cell];
     const at = evaluator(state, cell)(light(theta_i, phi_i));
     const f = x.map((t) => at(inPlane(t, phi_i)));
-    curves.set(cell, { x, f, u: uncertainty(state, cell, x, f) });
+    curves.set(cell, { x, f, half: halfWidth(state, cell, x, f) });
   }
-  return { curves, ...agreement(state, shown) };
+  return { curves, ...compared(state, shown) };
+}
+
+// Model and data over the whole scan; of one with too many values over what is shown, and of that the curves alone.
+function compared(state, shown) {
+  const { cells } = state.sets[state.set];
+  const countOf = (some) => some.reduce((n, c) => n + cells[c].end - cells[c].start, 0);
+  const all = cells.map((_, k) => k).filter((k) => cells[k].reflected);
+  const [block, drawn] = [shown, shown.filter((cell) => !state.hidden.has(cell))].map((some) => some.filter((k) => all.includes(k)));
+  const over = [all, block, drawn].find((some) => countOf(some) <= MOST) ?? drawn;
+  const modelled = atRows(state, over);
+  const found = { modelled, count: countOf(over), part: { isAll: over === all, isBlock: over === block } };
+  return { ...found, ...agreement(state, over, modelled) };
 }
 
 // The model at the rows of some cells.
@@ -68,30 +83,34 @@ export function atRows(state, cells) {
   return modelled;
 }
 
-// E as the fit has it (guo2023, eq 11, or of logarithms), and the rms difference of decimal logarithms.
-function agreement(state, cells) {
+// What each value counts for, below which value a logarithm says nothing, and whether logarithms are compared: as the
+// fit has them, else as gonio takes them for the scan.
+export function weighing(state) {
   const set = state.sets[state.set];
-  const count = cells.reduce((n, c) => n + set.cells[c].end - set.cells[c].start, 0);
-  if (count > MOST) return { modelled: null, cost: NaN, lgRmse: NaN, count };
-  const modelled = atRows(state, cells);
+  const { weighting, logarithmic, floor, weight } = { ...set, ...(state.fit?.weighting ? state.fit : {}) };
+  return { weighting, logarithmic, floor, weight: weight ?? set.weight };
+}
+
+// E as the fit has it (guo2023, eq 11, or of logarithms), and the rms difference of decimal logarithms.
+function agreement(state, cells, modelled) {
+  const set = state.sets[state.set];
+  const { logarithmic, floor, weight } = weighing(state);
   let [above, below, squares, positive] = [0, 0, 0, 0];
-  let least = Infinity;
-  for (const m of set.value) if (m > 0 && m < least) least = m;
   for (const cell of cells) {
     for (let k = set.cells[cell].start; k < set.cells[cell].end; k++) {
-      const [m, f, g] = [set.value[k], modelled[k], set.weight[k]];
-      if (set.logarithmic) {
-        above += g * Math.log(f / m) ** 2;
+      const [m, f, g] = [set.value[k], modelled[k], weight[k]];
+      if (logarithmic) {
+        above += g * Math.log(Math.max(f, SMALLEST) / m) ** 2;
         below += g;
       } else {
         above += g * (f - m) ** 2;
         below += g * m * m;
       }
       if (m > 0) {
-        squares += Math.log10(Math.max(f, least / 10) / m) ** 2;
+        squares += Math.log10(Math.max(f, floor) / Math.max(m, floor)) ** 2;
         positive += 1;
       }
     }
   }
-  return { modelled, cost: above / below, lgRmse: Math.sqrt(squares / positive), count };
+  return { cost: above / below, lgRmse: Math.sqrt(squares / positive) };
 }

@@ -3,26 +3,39 @@
 import uPlot from "gonio/vendor/uplot.js";
 
 import { cosine } from "gonio/angles.js";
+import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, dark, dashes, ofStyle } from "gonio/colours.js";
 import { cellsShown } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
 import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
 
 const MOST = 6; // curves that are drawn at first
+const FARTHEST = 400; // %, of residuals that are drawn
 const HEIGHT = { above: 300, below: 150 };
 
 // Cells that have more than one value in the plane of incidence.
-const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
+export const drawable = (state) => cellsShown(state).filter((k) => state.sets[state.set].cells[k].in_plane > 1);
 
-// Those that are hidden at first: all but MOST, evenly chosen.
+// Those that are drawn at first: MOST of them, evenly chosen.
+function shownAtFirst(cells) {
+  if (cells.length <= MOST) return cells;
+  return Array.from({ length: MOST }, (_, k) => cells[Math.round((k * (cells.length - 1)) / (MOST - 1))]);
+}
+
 export function hiddenAtFirst(state) {
   const cells = drawable(state);
-  if (cells.length <= MOST) return new Set();
-  const kept = Array.from({ length: MOST }, (_, k) => cells[Math.round((k * (cells.length - 1)) / (MOST - 1))]);
+  const kept = shownAtFirst(cells);
   return new Set(cells.filter((cell) => !kept.includes(cell)));
 }
 
-export const colourOf = (state, cell) => drawable(state).indexOf(cell);
+// What other modules draw on the curves, and how they listen to them: draw(plot, state, cells), ready(plot, cells).
+export const extensions = { draw: [], ready: [] };
+
+// The place of a cell among the colours: those that are drawn at first have the first.
+export function colourOf(state, cell) {
+  const cells = drawable(state);
+  return [...new Set([...shownAtFirst(cells), ...cells])].indexOf(cell);
+}
 
 export function mount(root, store) {
   const chips = element("div", { className: "chips", role: "group", ariaLabel: "Incidence angles" });
@@ -66,11 +79,11 @@ export function mount(root, store) {
     const set = state.sets[state.set];
     chips.replaceChildren(
       element("span", {}, "θᵢ"),
-      ...drawable(state).map((cell, n) => {
+      ...drawable(state).map((cell) => {
         const pressed = !state.hidden.has(cell);
         const chip = element("button", { type: "button", className: "chip" }, cellLabel(set, cell));
         chip.ariaPressed = String(pressed);
-        chip.style.setProperty("--own", colour(n));
+        chip.style.setProperty("--own", colour(colourOf(state, cell)));
         chip.addEventListener("click", () => toggle(cell));
         return chip;
       }),
@@ -105,7 +118,7 @@ export function mount(root, store) {
     store.set({ cursor: { cell, row }, cell });
   });
 
-  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width"], rebuild);
+  store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width", "pair"], rebuild);
   store.watch(["result", "cursor"], redraw);
   table.addEventListener("toggle", () => table.open && redraw(store.get()));
   new ResizeObserver(() => store.set({ width: root.clientWidth })).observe(root);
@@ -128,7 +141,10 @@ export function mount(root, store) {
       series,
       bands,
       scales: { x: { time: false, range: [-90, 90] }, y: { distr: state.scale === "log" ? 3 : 1, range: data.range } },
-      hooks: { draw: [(plot) => decorate(plot, store.get(), cells)], ready: [(plot) => pick(plot, cells)] },
+      hooks: {
+        draw: [decorate, ...extensions.draw].map((call) => (plot) => call(plot, store.get(), cells)),
+        ready: [pick, ...extensions.ready].map((call) => (plot) => call(plot, cells)),
+      },
     };
   }
 
@@ -139,7 +155,7 @@ export function mount(root, store) {
       series.push({ stroke: own, width: 1, points: { show: true, size: 4, fill: own, width: 0 }, spanGaps: true });
     }
     return {
-      ...frame(width, HEIGHT.below, [axisX("θᵣ [deg], positive is forward"), axisY("residual [%]", false)]),
+      ...frame(width, HEIGHT.below, [axisX("θᵣ [deg], positive is forward"), axisY("residual [%]", false, 18)]),
       series,
       scales: { x: { time: false, range: [-90, 90] }, y: { range: (_, low, high) => around(low, high) } },
       hooks: { draw: [zero] },
@@ -167,53 +183,9 @@ export function mount(root, store) {
   }
 }
 
-const frame = (width, height, axes) => ({
-  width,
-  height,
-  axes,
-  legend: { show: false },
-  cursor: { sync: { key: "theta_r" }, drag: { x: false, y: false }, y: false, points: { show: false } },
-});
+export const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
 
-const text = () => ({ stroke: ofStyle("text"), font: `12px ${ofStyle("font")}`, labelFont: `12px ${ofStyle("font")}` });
-
-function axisX(label) {
-  const lines = { grid: { stroke: ofStyle("line"), width: 1 }, ticks: { stroke: ofStyle("line"), width: 1 } };
-  const splits = (plot) => (plot.width > 480 ? [-90, -60, -30, 0, 30, 60, 90] : [-90, -45, 0, 45, 90]);
-  const values = (_, found) => found.map((v) => String(v).replace("-", "−"));
-  return { ...text(), ...lines, splits, values, label, labelSize: label ? 22 : 0, size: 26, labelGap: 0 };
-}
-
-function axisY(label, logarithmic) {
-  const lines = { grid: { stroke: ofStyle("line"), width: 1 }, ticks: { stroke: ofStyle("line"), width: 1 } };
-  const filter = logarithmic ? decades : (_, found) => found;
-  const values = (_, found) => found.map((v) => (v === null ? null : logarithmic ? power(v) : number(v, 3)));
-  return { ...text(), ...lines, label, labelSize: 24, size: 56, filter, values, labelGap: 2 };
-}
-
-// Labels of a logarithmic axis: decades, or every digit where there are few.
-function decades(plot, found) {
-  const range = Math.log10(plot.scales.y.max / plot.scales.y.min);
-  const every = Math.ceil(range / 8);
-  return found.map((v) => {
-    const place = Math.log10(v);
-    const isDecade = Math.abs(place - Math.round(place)) < 1e-6;
-    if (range < 1.2) return v;
-    return isDecade && Math.round(place) % every === 0 ? v : null;
-  });
-}
-
-const SUPER = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
-
-function power(v) {
-  const place = Math.log10(v);
-  if (Math.abs(place - Math.round(place)) > 1e-6 || Math.abs(place) < 2.5) return number(v, 2);
-  return `10${[...String(Math.round(place))].map((c) => SUPER[c]).join("")}`;
-}
-
-const factor = (state, signed) => QUANTITIES[state.quantity].factor(cosine(signed));
-
-const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
+export const transformed = (state, row, f) => f * factor(state, state.sets[state.set].signed[row]);
 
 // What uPlot draws: theta_r, and for each cell measured values, the curve and the ends of its band.
 function columnsOf(state, cells) {
@@ -232,17 +204,19 @@ function columnsOf(state, cells) {
     for (let row = start; row < start + in_plane; row++) {
       const k = place.get(set.signed[row]);
       measured[k] = shown(transformed(state, row, set.value[row]));
-      if (measured[k] !== null) seen.push(measured[k]);
+      const second = shown(transformed(state, row, state.pair?.value[row] ?? NaN));
+      const top = state.scale === "log" ? NaN : transformed(state, row, set.value[row] + set.uncertainty[row]);
+      seen.push(...[measured[k], second, top].filter((v) => v !== null && Number.isFinite(v)));
       const modelled = state.result.modelled?.[row];
       if (set.value[row] > 0 && Number.isFinite(modelled)) ratio[k] = 100 * (modelled / set.value[row] - 1);
     }
-    const { f, u } = curves[n];
+    const { f, half: widths } = curves[n];
     curves[n].x.forEach((t, j) => {
       const k = place.get(t);
       const q = factor(state, t);
       line[k] = shown(f[j] * q);
-      const half = u ? state.fit.coverage * u[j] : NaN;
-      high[k] = shown((f[j] + half) * q);
+      const half = widths ? widths[j] : NaN;
+      high[k] = shown((f[j] + half) * q); // nothing where it is infinite
       low[k] = Number.isFinite(half) ? shown(Math.max((f[j] - half) * q, state.scale === "log" ? f[j] * q * 1e-3 : -Infinity)) : null;
     });
     values.push(measured, line, low, high);
@@ -261,7 +235,7 @@ function rangeOf(state, seen) {
 }
 
 function around(low, high) {
-  const far = Math.min(Math.max(Math.abs(low ?? 0), Math.abs(high ?? 0), 1) * 1.1, 400);
+  const far = Math.min(Math.max(Math.abs(low ?? 0), Math.abs(high ?? 0), 1) * 1.1, FARTHEST);
   return [-far, far];
 }
 
@@ -314,13 +288,6 @@ function zero(plot) {
   ctx.restore();
 }
 
-function segment(ctx, x0, y0, x1, y1) {
-  ctx.beginPath();
-  ctx.moveTo(x0, y0);
-  ctx.lineTo(x1, y1);
-  ctx.stroke();
-}
-
 // The row of a cell whose theta_r is nearest.
 function nearest(set, cell, signed) {
   const { start, in_plane } = set.cells[cell];
@@ -336,8 +303,14 @@ function said(state, cells, data) {
   const parts = [];
   const rows = cells.flatMap((c) => Array.from({ length: set.cells[c].in_plane }, (_, k) => set.cells[c].start + k));
   if (rows.some((row) => set.uncertainty[row] > 0)) parts.push("Bars: standard uncertainty of the measured value.");
-  parts.push("Below: model over measured value, less 1.");
-  if (cells.some((cell) => state.result.curves.get(cell).u)) parts.push("Band: 95 % of the fitted curve.");
+  const isOf = (mode) => cells.some((cell) => set.cells[cell].reflected === (mode === "reflection"));
+  if (isOf("transmission")) parts.push("Models describe reflection: of light that went through the values alone are drawn.");
+  if (isOf("reflection")) parts.push("Below: model over measured value, less 1.");
+  const beyond = data.residuals.slice(1).flat().filter((v) => v !== null && Math.abs(v) > FARTHEST).length;
+  if (beyond) parts.push(`${beyond} residuals lie beyond ${FARTHEST} %.`);
+  const widths = cells.map((cell) => state.result.curves.get(cell).half).filter(Boolean);
+  if (widths.some((half) => half.some(Number.isFinite))) parts.push("Band: 95 % of the fitted curve.");
+  if (widths.some((half) => half.includes(Infinity))) parts.push("No band where a value takes part that the data do not determine.");
   const lost = state.scale === "log" ? rows.filter((row) => !(set.value[row] > 0)).length : 0;
   if (lost) parts.push(`${lost} of ${rows.length} values are zero or negative: a logarithmic scale has no place for them.`);
   if (shownOf(set)) parts.push(shownOf(set));

@@ -23,7 +23,8 @@ export function mount(root, store, actions) {
     if (names.length > 1) data.append(choice("scan", names, String(state.set), (k) => actions.chooseSet(Number(k))));
     else data.append(element("p", { className: "name" }, printable(set.name)));
     const masked = set.masked ? `, ${set.masked} masked` : "";
-    data.append(element("p", { className: "note" }, `${set.total} ${set.origin} values${masked}, ${set.unit_label}`));
+    data.append(element("p", { className: "note" }, `${set.total} ${set.origin} values${masked}${set.unit_label === "1" ? "" : `, ${set.unit_label}`}`));
+    if (set.light) data.append(element("p", { className: "note" }, printable(set.light)));
     if (set.relative) data.append(element("p", { className: "note" }, "Relative: it says nothing about energy."));
     if (set.blocks.length > 1) data.append(blocks(state, set));
     for (const { severity, text } of set.findings ?? []) data.append(element("p", { className: severity }, printable(text)));
@@ -117,13 +118,14 @@ export function mount(root, store, actions) {
       lock.checked = now.locked.has(k);
       const own = now.fit?.parameters[k];
       const group = now.groups[k][now.cell];
-      tick.hidden = !own;
-      if (own) {
+      tick.hidden = !own || own.held;
+      if (!tick.hidden) {
         const u = own.uncertainty[group] ?? 0;
         const ends = [own.values[group] - u, own.values[group] + u].map((v) => (100 * scale.place(v)) / STEPS);
         tick.style.setProperty("--from", `${ends[0]}%`);
         tick.style.setProperty("--to", `${ends[1]}%`);
-        tick.title = `fit: ${number(own.values[group])} ± ${number(own.uncertainty[group], 2)}`;
+        const sure = own.held ? "held" : own.determined[group] ? `± ${number(own.uncertainty[group], 2)}` : "the data do not determine it";
+        tick.title = `fit: ${number(own.values[group])}, ${sure}`;
       }
     }
     return { box, show };

@@ -6,8 +6,12 @@ const inside = held ? JSON.parse(held.textContent) : null;
 // Whether a server answers, which fits and exports.
 export const served = !inside;
 
+export const ended = "The server does not answer any more: start gonio view again.";
+
 async function asked(path, options) {
-  const answer = await fetch(path, options);
+  const answer = await fetch(path, options).catch(() => {
+    throw new Error(ended);
+  });
   if (!answer.ok) {
     const said = await answer.json().catch(() => ({}));
     throw new Error(said.error || `${path}: the server answers ${answer.status}`);
@@ -42,6 +46,23 @@ export async function post(path, body) {
   if (inside) throw new Error("This page is a file: gonio view opens one that can do this.");
   const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
   return asked(path, options);
+}
+
+export const get = (path) => asked(path);
+
+export const remove = (path) => asked(path, { method: "DELETE" });
+
+export async function upload(file) {
+  const options = { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file };
+  return (await asked(`/api/upload?name=${encodeURIComponent(file.name)}`, options)).json();
+}
+
+// The second of two scans at the directions of the first.
+export async function pair(first, second) {
+  if (!inside) return (await asked(`/api/pair/${first}/${second}`)).json();
+  const found = inside.pairs[`${first} ${second}`] ?? { error: "This file holds no comparison of these two scans: gonio view FILE FILE computes it." };
+  if (found.error) throw new Error(found.error);
+  return found;
 }
 
 function unpacked(text) {

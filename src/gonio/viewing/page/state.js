@@ -13,6 +13,10 @@
 // quantity    f, fcos or pif        scale   log or linear
 // result      curves, residuals and agreement of the values; see compute.js
 // cursor      {cell, row}, the measured value that is read, or null
+// job         the fit that is running: {number, set, fraction, name}, or null
+// second      the place of the scan that is compared, -1 for none
+// pair        its values at the directions of the first, difference the same as numbers alone; null without one
+// pairAs      ratio or difference           dragging  whether the curve is dragged
 // graphics    above 0: WebGL draws, 0: there is none, below 0: it was lost; another number means that all is drawn anew
 // shader      {name, text} of the model, or {name, why} where there is none
 // mapView     both, data, model, ratio or difference: what the hemisphere shows

@@ -1,8 +1,9 @@
 // Below: how well the model agrees, and the measured value that is read.
 
 import { atFit } from "gonio/band.js";
+import { weighing } from "gonio/compute.js";
 import { element } from "gonio/elements.js";
-import { number, printable, unit } from "gonio/words.js";
+import { blockLabel, number, printable, unit } from "gonio/words.js";
 
 export function mount(root, store) {
   const agreement = element("p", { className: "agreement" });
@@ -16,9 +17,10 @@ export function mount(root, store) {
     const set = state.sets[state.set];
     wrong.textContent = state.error ? printable(state.error) : "";
     if (result) {
-      const about = result.modelled
-        ? `E ${number(result.cost, 3)} (${set.weighting} weighting), lg RMSE ${number(result.lgRmse, 3)} of ${result.count} values`
-        : `${result.count} values: too many to compare while sliders move`;
+      const { isAll, isBlock } = result.part;
+      const of = isAll ? "values" : isBlock ? `values at ${blockLabel(set, state.block)}` : "values of the curves that are drawn";
+      const means = `E ${number(result.cost, 3)} (${weighing(state).weighting} weighting), lg RMSE ${number(result.lgRmse, 3)}`;
+      const about = result.count ? `${means} of ${result.count} ${of}` : "there is no value to compare it with";
       const fit = !state.fit ? "" : atFit(state) ? "; the fitted values" : `; the fit has E ${number(state.fit.cost, 3)}`;
       agreement.textContent = `${state.model.declaration.name}: ${about}${fit}.`;
     }

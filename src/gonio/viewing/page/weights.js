@@ -1,21 +1,24 @@
 // Exact weights for the shape that the sliders have: non-negative least squares, as gonio fits them.
 
 import { detector, light } from "gonio/angles.js";
-import { valuesOf } from "gonio/compute.js";
+import { valuesOf, weighing } from "gonio/compute.js";
 
-const ROUNDS = 12; // of linearised logarithms: each halves the error at least
+const ROUNDS = 40; // of steps towards the least error of logarithms: some six are enough
+const LAST = 1e-6; // of the weights: a smaller step of Newton's method leaves an error of its square
+const SMALLEST = 2 ** -1022; // what a model that is zero counts as in a logarithm, as for gonio
 
 // Values with new weights, for each group of weights of the set; locked weights stay.
 export function snapped(state) {
   const set = state.sets[state.set];
+  const { logarithmic, weight } = weighing(state);
   const { weights, parameters } = state.model.declaration;
   const places = parameters.map((_, k) => k).filter((k) => weights.includes(parameters[k].name));
   const values = state.values.map((own) => own.slice());
   for (const cells of groupsOf(state, places, set.cells.length)) {
     const free = places.filter((k) => !state.locked.has(k));
     if (!free.length) continue;
-    const rows = rowsOf(state, set, cells, places, free);
-    const found = solved(rows, set.logarithmic, free.length);
+    const rows = rowsOf(state, { ...set, weight }, cells, places, free);
+    const found = solved(rows, logarithmic, free.length);
     if (found) free.forEach((k, n) => (values[k][state.groups[k][cells[0]]] = found[n]));
   }
   return values;
@@ -25,6 +28,7 @@ export function snapped(state) {
 function groupsOf(state, places, count) {
   const found = new Map();
   for (let cell = 0; cell < count; cell++) {
+    if (!state.sets[state.set].cells[cell].reflected) continue;
     const key = places.map((k) => state.groups[k][cell]).join();
     found.set(key, [...(found.get(key) ?? []), cell]);
   }
@@ -48,33 +52,54 @@ function rowsOf(state, set, cells, places, free) {
       rows.push({ terms: own.map(([, t]) => t), known, m: set.value[k], g: set.weight[k] });
     }
   }
-  return rows.filter(({ terms, g }) => g > 0 && terms.every(Number.isFinite));
+  const tells = ({ terms, g }) => g > 0 && terms.every(Number.isFinite) && terms.some((t) => t !== 0);
+  return rows.filter(tells);
 }
 
-// Logarithms are made linear about the last curve: ln f - ln m = (f - m)/f + .., so a row weighs 1/f^2.
+// Where logarithms are compared, from the weights of least relative error down to those of the least error of logarithms.
 function solved(rows, logarithmic, count) {
-  let found = nonNegative(rows, rows.map(({ g, m }) => (logarithmic ? g / (m * m) : g)), rows.map((r) => r.m), count);
-  if (!logarithmic || !found) return found;
-  let best = cost(rows, found);
+  const weight = rows.map(({ g, m }) => (logarithmic ? g / (m * m) : g));
+  const found = nonNegative(rows, weight, rows.map(({ m }, n) => weight[n] * m), count);
+  return logarithmic && found ? ofLogarithms(rows, raised(rows, found), count) : found;
+}
+
+// Newton's steps, which end in the last digits; where one leads upwards, a step of linearised logarithms.
+function ofLogarithms(rows, start, count) {
+  let found = start;
+  let least = cost(rows, found);
   for (let k = 0; k < ROUNDS; k++) {
-    const f = rows.map((r) => total(r, found));
-    const aim = rows.map((r, n) => f[n] * (1 - Math.log(f[n] / r.m)));
-    const next = nonNegative(rows, rows.map(({ g }, n) => g / (f[n] * f[n])), aim, count);
-    if (!next) break;
-    const step = shortened(rows, found, next, best);
-    if (!step || best - step.cost <= 1e-13 * best) break;
-    [found, best] = [step.values, step.cost];
+    const next = stepped(rows, found, count, true);
+    if (next && found.every((v, n) => Math.abs(next[n] - v) <= LAST * Math.max(...next))) return next;
+    const plain = () => shortened(rows, found, stepped(rows, found, count, false), least);
+    const step = shortened(rows, found, next, least) ?? plain();
+    if (!step) return found;
+    [found, least] = [step.values, step.cost];
   }
   return found;
 }
 
-const total = (row, weights) => row.known + row.terms.reduce((sum, t, n) => sum + t * weights[n], 0);
+// With r = ln(f/m) and the relative step d of f: r^2 + 2 r d + (1 - r) d^2 by Newton, (r + d)^2 by linearised logarithms.
+function stepped(rows, found, count, newton) {
+  const f = rows.map((row) => total(row, found));
+  const r = rows.map(({ m }, n) => Math.log(f[n] / m));
+  const curvature = r.map((v) => (newton ? 1 - v : 1));
+  const weight = rows.map(({ g }, n) => (g * curvature[n]) / f[n] ** 2);
+  return nonNegative(rows, weight, rows.map(({ g }, n) => (g * (curvature[n] - r[n])) / f[n]), count);
+}
+
+// A model that is zero at a measured value has no logarithm there: its weights are then a little above zero.
+function raised(rows, found) {
+  const largest = Math.max(...found) || 1;
+  return rows.every((row) => total(row, found) > SMALLEST) ? found : found.map((v) => Math.max(v, 1e-6 * largest));
+}
+
+const total = (row, weights) => Math.max(row.known + row.terms.reduce((sum, t, n) => sum + t * weights[n], 0), SMALLEST);
 
 const cost = (rows, weights) => rows.reduce((sum, r) => sum + r.g * Math.log(total(r, weights) / r.m) ** 2, 0);
 
 // The whole step, or the part of it that does better.
 function shortened(rows, from, to, before) {
-  for (let part = 1; part > 1e-3; part /= 2) {
+  for (let part = 1; to && part > 1e-3; part /= 2) {
     const values = from.map((v, n) => v + part * (to[n] - v));
     const after = cost(rows, values);
     if (after < before) return { values, cost: after };
@@ -83,6 +108,7 @@ function shortened(rows, from, to, before) {
 }
 
 // Least squares of each subset of the terms: of those whose weights are positive the best. There are at most five terms.
+// weight: of each row; aim: the value that it aims at, times its weight.
 function nonNegative(rows, weight, aim, count) {
   const [matrix, side] = normal(rows, weight, aim, count);
   let best = null;
@@ -106,7 +132,7 @@ function normal(rows, weight, aim, count) {
   const side = Array(count).fill(0);
   rows.forEach(({ terms, known }, n) => {
     for (let a = 0; a < count; a++) {
-      side[a] += weight[n] * terms[a] * (aim[n] - known);
+      side[a] += terms[a] * (aim[n] - weight[n] * known);
       for (let b = 0; b < count; b++) matrix[a][b] += weight[n] * terms[a] * terms[b];
     }
   });

@@ -6,6 +6,7 @@ changes something must come from the own page.
 """
 
 import secrets
+import time
 from collections.abc import Awaitable, Callable
 
 from starlette.middleware.base import BaseHTTPMiddleware
@@ -14,6 +15,7 @@ from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp
 
 COOKIE = "gonio"
+USUAL = 80  # the port that a browser does not name
 LOOPBACK = ("127.0.0.1", "localhost")
 CHANGING = ("POST", "DELETE", "PUT", "PATCH")
 HEADERS = {
@@ -31,11 +33,16 @@ class Guard(BaseHTTPMiddleware):
     def __init__(self, app: ASGIApp, token: str, port: int, hosts: tuple[str, ...] = LOOPBACK) -> None:
         super().__init__(app)
         self.token = token
-        self.hosts = {f"{host}:{port}" for host in hosts}
+        self.hosts = {f"{host}:{port}" for host in hosts} | (set(hosts) if port == USUAL else set())
+        # Cookies know no ports: the name does, so that two servers do not take each other's.
+        self.cookie = f"{COOKIE}-{port}"
 
     async def dispatch(self, request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
         """Answer, or say why not."""
-        response = self._refused(request) or await call_next(request)
+        refused = self._refused(request)
+        if refused is None:
+            request.app.state.asked = time.monotonic()
+        response = refused or await call_next(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
         return response
@@ -46,7 +53,7 @@ class Guard(BaseHTTPMiddleware):
             return _said(421, "this server answers to its own address alone")
         if request.url.path == "/" and "token" in request.query_params and request.method == "GET":
             return self._entered(request)
-        if not self._is_known(request.cookies.get(f"{COOKIE}-{request.url.port}", "")):
+        if not self._is_known(request.cookies.get(self.cookie, "")):
             return _said(403, "no token: open the address that gonio view printed")
         if request.method in CHANGING:
             origin = request.headers.get("origin", "")
@@ -61,8 +68,7 @@ class Guard(BaseHTTPMiddleware):
         if not self._is_known(request.query_params["token"]):
             return _said(403, "this token is not that of this server: open the address that gonio view printed")
         response = RedirectResponse("/", status_code=303)
-        # Cookies know no ports: the name does, so that two servers do not take each other's.
-        response.set_cookie(f"{COOKIE}-{request.url.port}", self.token, httponly=True, samesite="strict", path="/")
+        response.set_cookie(self.cookie, self.token, httponly=True, samesite="strict", path="/")
         return response
 
     def _is_known(self, token: str) -> bool:

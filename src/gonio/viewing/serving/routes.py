@@ -1,10 +1,12 @@
 """What the server answers: the page, its files, and what is shown."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from typing import Any
 
 from starlette.applications import Starlette
+from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import Request
@@ -13,13 +15,20 @@ from starlette.routing import Route
 
 from gonio.viewing.assembled import TYPES, parts, served
 from gonio.viewing.described import module, shader
-from gonio.viewing.serving.guard import Guard
+from gonio.viewing.serving import answers, jobs, uploads
+from gonio.viewing.serving.guard import LOOPBACK, Guard
+from gonio.viewing.serving.jobs import Jobs
 from gonio.viewing.session import Opened, Session
 from gonio.viewing.sparse import table_of
 
 
-def application(session: Session, token: str, port: int) -> Starlette:
-    """The server of a session; requests without its token are refused."""
+def application(
+    session: Session, token: str, port: int, hosts: tuple[str, ...], working: Jobs, upload_limit: int
+) -> Starlette:
+    """The server of a session; requests without its token, or by another name than those of `hosts`, are refused.
+
+    working: the fits, whose processes do all other long work as well. upload_limit: bytes of a file.
+    """
     routes = [
         Route("/", _page),
         Route("/page/{name:path}", _part),
@@ -28,13 +37,19 @@ def application(session: Session, token: str, port: int) -> Starlette:
         Route("/api/set/{place:int}/table.bin", _table),
         Route("/api/model/{name}.js", _model(module, "text/javascript")),
         Route("/api/model/{name}.glsl", _model(shader, "text/plain")),
+        *jobs.ROUTES,
+        *uploads.ROUTES,
+        *answers.ROUTES,
     ]
     made = Starlette(
         routes=routes,
-        middleware=[Middleware(Guard, token=token, port=port)],
+        middleware=[Middleware(Guard, token=token, port=port, hosts=hosts or LOOPBACK)],
         exception_handlers={HTTPException: _refused, ValueError: _wrong, OSError: _wrong},
     )
     made.state.session = session
+    made.state.jobs = working
+    made.state.upload_limit = upload_limit
+    made.state.asked = time.monotonic()
     return made
 
 
@@ -51,7 +66,8 @@ async def _part(request: Request) -> Response:
 
 
 async def _session(request: Request) -> Response:
-    return JSONResponse(await asyncio.to_thread(request.app.state.session.described))
+    described = await asyncio.to_thread(request.app.state.session.described)
+    return JSONResponse(described | {"upload_limit": request.app.state.upload_limit})
 
 
 async def _columns(request: Request) -> Response:
@@ -71,7 +87,9 @@ def _model(text: Callable[[Any], str], kind: str) -> Callable[[Request], Any]:
         models = request.app.state.session.models
         if (name := request.path_params["name"]) not in models:
             raise HTTPException(404, "there is no such model")
-        return Response(await asyncio.to_thread(text, models[name]), media_type=kind)
+        # The page has then what it draws first: what its fits need is imported meanwhile.
+        warm = BackgroundTask(request.app.state.jobs.bench.warm)
+        return Response(await asyncio.to_thread(text, models[name]), media_type=kind, background=warm)
 
     return answer
 
@@ -87,7 +105,7 @@ def opened_in(request: Request) -> Opened:
 
 async def _refused(_: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"error": error.detail}, status_code=error.status_code)
+    return JSONResponse({"error": error.detail}, status_code=error.status_code, headers=error.headers)
 
 
 async def _wrong(_: Request, error: Exception) -> Response:

@@ -50,20 +50,17 @@ def viewing(scan, *options):
 def family(process):
     """The numbers of the processes that a process started, and those that these did."""
     found = []
-    for entry in os.listdir("/proc"):
-        try:
-            parent = int(Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
-        except (OSError, IndexError):
-            continue
-        if parent == process:
-            found += [int(entry), *family(int(entry))]
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError, IndexError):
+            if int((entry / "stat").read_text().rpartition(")")[2].split()[1]) == process:
+                found += [int(entry.name), *family(int(entry.name))]
     return found
 
 
 def gone(numbers, seconds=3.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if not any(os.path.exists(f"/proc/{number}") for number in numbers):
+        if not any(Path(f"/proc/{number}").exists() for number in numbers):
             return True
         time.sleep(0.02)
     return False
@@ -117,7 +114,9 @@ def test_exposing_is_warned_of_and_answers_to_the_name(scan):
         assert "nothing on the way is encrypted" in process.stderr.read()
 
 
-@pytest.mark.parametrize(("text", "seconds"), [("30m", 1800.0), ("90s", 90.0), ("2h", 7200.0), ("1.5 min", 90.0), ("", 0.0)])
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("30m", 1800.0), ("90s", 90.0), ("2h", 7200.0), ("1.5 min", 90.0), ("", 0.0)]
+)
 def test_a_time_has_a_unit(text, seconds):
     assert _seconds(text) == seconds
 

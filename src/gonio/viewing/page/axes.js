@@ -24,7 +24,7 @@ export function axisY(label, logarithmic) {
   const lines = { grid: { stroke: ofStyle("line"), width: 1 }, ticks: { stroke: ofStyle("line"), width: 1 } };
   const filter = logarithmic ? decades : (_, found) => found;
   const values = (_, found) => found.map((v) => (v === null ? null : logarithmic ? power(v) : number(v, 3)));
-  return { ...text(), ...lines, label, labelSize: 24, size: 56, filter, values, labelGap: 2 };
+  return { ...text(), ...lines, label, labelSize: 24, size: 56, space: 22, filter, values, labelGap: 2 };
 }
 
 // Labels of a logarithmic axis: decades, or every digit where there are few.

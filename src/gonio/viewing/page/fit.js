@@ -84,6 +84,11 @@ export function mount(root, store, actions) {
     ranking.replaceChildren(...(event.ranking ?? []).map((row) => element("li", {}, `${row.model}: ${number(row.error, 3)}`)));
   }
 
+  store.watch(["set"], ({ job }) => {
+    if (!served || job) return;
+    said.textContent = wrong.textContent = "";
+    ranking.replaceChildren();
+  });
   store.watch(["job"], ({ job }) => {
     running.hidden = !job;
     one.disabled = all.disabled = !served || Boolean(job);

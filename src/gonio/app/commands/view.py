@@ -13,13 +13,12 @@ from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
 from gonio.app.options import Force, ScanOptions, Scans
 from gonio.app.output import Plain, show
-from gonio.app.views import contents
 from gonio.door.json_text import load
 from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
+from gonio.fitting.stored import is_solution
 from gonio.options import Option, Panel
 from gonio.outside import nearest
-from gonio.reporting.entry import SOLUTION_FILE
 
 if TYPE_CHECKING:
     from gonio.viewing.session import Opened, Session
@@ -107,7 +106,7 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
         raise ValueError(f"{view.model}: there is no such model; {nearest(view.model, catalogue)}")
     opened = [_opened(path, used) for path in files]
     for name in view.solution:
-        solution = contents.fit_in(_file_of(Path(name)))
+        solution = _fit_in(_file_of(Path(name)))
         if solution is None:
             raise ValueError(f"{name}: holds no fit: give what gonio fit --out writes")
         opened[0].fits[_called(Path(name))] = solution
@@ -126,7 +125,7 @@ def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: S
 def _opened(path: Path, used: ScanOptions) -> "Opened":
     from gonio.viewing.session import Opened
 
-    solution: Solution | None = contents.fit_in(_file_of(path))
+    solution: Solution | None = _fit_in(_file_of(path))
     if solution is None:
         return Opened(path.name, used.read(path))
     used.refuse_for(path, "a fit")
@@ -135,10 +134,21 @@ def _opened(path: Path, used: ScanOptions) -> "Opened":
     return Opened(path.name, solution.scan, {_called(path): solution})
 
 
+def _fit_in(path: Path) -> Solution | None:
+    """The fit in a file, None where it holds something else; `app.views.contents` would import all that it shows."""
+    return Solution.load(path) if is_solution(path) else None
+
+
 def _called(path: Path) -> str:
+    from gonio.reporting.entry import SOLUTION_FILE
+
     return path.parent.name or path.name if path.name == SOLUTION_FILE else path.name
 
 
 def _file_of(path: Path) -> Path:
     """The fit in a folder that `gonio fit --out` wrote, or the path itself."""
+    if not path.is_dir():
+        return path
+    from gonio.reporting.entry import SOLUTION_FILE
+
     return path / SOLUTION_FILE if (path / SOLUTION_FILE).is_file() else path

@@ -11,6 +11,7 @@ import pytest
 import gonio
 from asking import served
 from gonio.app.arguments import values as set_values
+from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.pairs import pair
 from gonio.viewing.session import Opened, Session
@@ -100,6 +101,10 @@ def test_what_is_held_is_not_fitted(page):
     fit = page.evaluate("window.gonio.store.get().fit.parameters.map((p) => [p.held, p.values[0]])")
     assert fit[2] == [True, 20.0]
     assert not fit[0][0]
+
+
+def test_every_weighting_can_be_chosen(page):
+    assert page.locator("section.fit option").all_inner_texts() == ["auto", *WEIGHTINGS]
 
 
 def test_every_parameter_held_is_a_message(page):
@@ -325,6 +330,15 @@ def test_a_file_that_is_opened_is_one_scan_more(page, tmp_path):
     until(page, f"window.gonio.store.get().sets.length === {before + 1}")
     until(page, f"window.gonio.store.get().set === {before}")
     page.evaluate("window.gonio.actions.chooseSet(0)")
+
+
+def test_a_file_is_dropped(page):
+    page.evaluate(
+        """() => { const data = new DataTransfer(); data.items.add(new File(["junk"], "dropped.csv"));
+        for (const type of ["dragover", "drop"])
+          document.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true})); }"""
+    )
+    until(page, "document.querySelector('section.files .error').textContent.includes('dropped.csv')")
 
 
 def test_in_one_file_what_needs_a_server_says_so(chromium, session, tmp_path):

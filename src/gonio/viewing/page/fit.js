@@ -4,7 +4,7 @@ import { element } from "gonio/elements.js";
 import { ended, post, remove, served } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
-const WEIGHTINGS = ["auto", "log", "relative", "uncertainty", "uniform"];
+const WEIGHTINGS = ["auto", "uniform", "relative", "solid-angle", "uncertainty", "log"];
 export const WHY_NOT = "This page is a file. gonio view FILE opens one that can do this.";
 
 // What the server needs to know of the sliders.

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -50,22 +50,17 @@ def viewing(scan, *options):
 def family(process):
     """The numbers of the processes that a process started, and those that these did."""
     found = []
-    for entry in os.listdir("/proc"):
-        try:
-            parent = (
-                int(Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()[1]) if entry.isdigit() else 0
-            )
-        except (OSError, IndexError):
-            continue
-        if parent == process:
-            found += [int(entry), *family(int(entry))]
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError, IndexError):
+            if int((entry / "stat").read_text().rpartition(")")[2].split()[1]) == process:
+                found += [int(entry.name), *family(int(entry.name))]
     return found
 
 
 def gone(numbers, seconds=3.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if not any(os.path.exists(f"/proc/{number}") for number in numbers):
+        if not any(Path(f"/proc/{number}").exists() for number in numbers):
             return True
         time.sleep(0.02)
     return False

@@ -4,7 +4,6 @@ import resource
 import socket
 import stat
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from asking import served
 from gonio.processes.worker import Bench, WorkerError
 from gonio.viewing.serving import uploads
 from gonio.viewing.session import Opened, Session
+from misreading import greedy, slow
 
 CSV = b"theta_i_deg,theta_r_deg,phi_deg,brdf_sr-1\n30,10,180,0.5\n30,20,180,0.6\n30,30,180,0.7\n"
 
@@ -36,8 +36,8 @@ def test_an_uploaded_scan_is_a_set(client):
 
 @pytest.mark.parametrize(
     ("given", "called"),
-    [("../../etc/passwd", "passwd"), ("C:%5Cx%5Cy.csv", "y.csv"), ("%3Cscript%3E%0a.csv", "_script__.csv"), ("", "upload"),
-     ("...", "upload"), ("x" * 300 + ".csv", "x" * 76 + ".csv")],
+    [("../../etc/passwd", "passwd"), ("C:%5Cx%5Cy.csv", "y.csv"), ("%3Cscript%3E%0a.csv", "_script_.csv"),
+     ("", "upload"), ("...", "upload"), ("x" * 300 + ".csv", "x" * 76 + ".csv")],
 )  # fmt: skip
 def test_a_name_leads_nowhere(client, given, called):
     assert client.ask("POST", f"/api/upload?name={given}", CSV).json["set"]["name"] == called
@@ -105,16 +105,6 @@ def test_the_file_is_private_and_goes_away(client, monkeypatch):
     assert (seen["mode"], seen["folder"]) == (0o600, 0o700)
     assert not seen["path"].exists()
     assert not seen["path"].parent.exists()
-
-
-def slow(path: Path) -> None:
-    import time
-
-    time.sleep(60)
-
-
-def greedy(path: Path) -> int:
-    return len(bytearray(2**33))
 
 
 @pytest.mark.parametrize(("reader", "word"), [(slow, "stopped"), (greedy, "memory")])

@@ -3,8 +3,10 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from gonio.door.json_text import load
 from gonio.fitting.objective.from_scan import HALF_WIDTH, constants_at
 from gonio.fitting.objective.options import Grouping, Held
 from gonio.fitting.objective.smooth import Smooth, Smoothing
@@ -106,8 +108,21 @@ TEXTS: Mapping[Any, Text] = {
 
 
 def values(texts: Iterable[str], material: str, wavelength: float | None) -> dict[str, float]:
-    """What `--set` and `--material` give a model."""
-    return constants_at(material, wavelength) | numbers(texts, "--set")
+    """What `--set` and `--material` give a model; a text that names a JSON file gives the values of that file."""
+    texts = list(texts)
+    files = [text for text in texts if text.endswith(".json") and "=" not in text]
+    given = numbers([text for text in texts if text not in files], "--set")
+    return constants_at(material, wavelength) | dict(p for file in files for p in _of_file(Path(file))) | given
+
+
+def _of_file(path: Path) -> Iterator[tuple[str, float]]:
+    """The values by name in a JSON file: under `values`, as a page of gonio exports them, or the object itself."""
+    document = load(path)
+    steps = ("values",) if "values" in document.value else ()
+    for name, value in document.object(*steps).items():
+        if isinstance(value, bool) or not isinstance(value, float):
+            raise document.wrong(f"the value of {name!r} is no number", *steps, name)
+        yield name, value
 
 
 def listed(text: str) -> tuple[str, ...]:

@@ -21,7 +21,8 @@ class ValueOptions:
     set: Annotated[
         tuple[str, ...],
         Option(
-            "value of a parameter: ks=0.4; without it a weight is 0, a shape parameter at its default",
+            "value of a parameter: ks=0.4, or a file.json of values by name; without it a weight is 0, a shape "
+            "parameter at its default",
             metavar="NAME=VALUE",
         ),
     ] = ()

@@ -128,16 +128,19 @@ class Bench:
     def warm(self) -> None:
         """Have one wait, so that the next piece of work need not wait for it."""
         with self._lock:
-            self._waiting = [worker for worker in self._waiting if worker.is_alive]
-            if not self._waiting and not self._closed:
-                self._waiting.append(Worker(self._modules))
+            self._fill()
+
+    def _fill(self) -> None:
+        self._waiting = [worker for worker in self._waiting if worker.is_alive]
+        if not self._waiting and not self._closed:
+            self._waiting.append(Worker(self._modules))
 
     def take(self) -> Worker:
         """A worker for a piece of work; hand it back by `give`."""
-        self.warm()
         with self._lock:
             if self._closed:
                 raise WorkerError("the server is ending")
+            self._fill()
             worker = self._waiting.pop()
             self._busy.append(worker)
             return worker

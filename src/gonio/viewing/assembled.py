@@ -9,7 +9,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 from gonio.viewing.described import module, shader
-from gonio.viewing.pairs import held
+from gonio.viewing.pairs import every_pair
 from gonio.viewing.session import Session
 
 STYLES = ("vendor/uplot.css", "style.css")
@@ -62,7 +62,7 @@ def in_one_file(session: Session, models: list[str]) -> str:
     inside = {
         "session": session.described() | {"models": [m for m in session.described()["models"] if m["name"] in models]},
         "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
-        "pairs": held(session),
+        "pairs": every_pair(session),
         "shaders": {model.name: shader(model) for model in known},
     }
     imports = {f"gonio/{name}": _data(parts()[name]) for name in _scripts()}

@@ -58,7 +58,7 @@ def _listed(values: np.ndarray) -> list[float | None]:
     return [float(v) if np.isfinite(v) else None for v in values]
 
 
-def held(session: Session) -> dict[str, dict[str, Any]]:
+def every_pair(session: Session) -> dict[str, dict[str, Any]]:
     """What a page holds that cannot ask: every pair of at most FEW scans, else the one that it begins with.
 
     By the places of both; where two scans cannot be compared, why not.

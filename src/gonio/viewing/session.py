@@ -8,14 +8,11 @@ from typing import Any
 import xarray as xr
 
 import gonio
-from gonio.findings.registry import check
 from gonio.fitting.solution import Solution
-from gonio.measured.check import Severity
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.viewing.columns import Columns, columns_of
 from gonio.viewing.described import by_name
-from gonio.viewing.fits import record
 
 FIRST = "gonio-best"  # the model that a page begins with, where nothing else is asked for
 
@@ -36,16 +33,24 @@ class Opened:
     @cached_property
     def findings(self) -> list[dict[str, str]]:
         """What `gonio check` warns of."""
+        from gonio.findings.registry import check
+        from gonio.measured.check import Severity
+
         return [
             {"severity": str(f.severity), "text": str(f)} for f in check(self.scan) if f.severity is not Severity.NOTE
         ]
 
     def described(self) -> dict[str, Any]:
         """What the page has to know beside the columns."""
+        fits = {}
+        if self.fits:
+            from gonio.viewing.fits import record
+
+            fits = {name: record(solution, self.columns) for name, solution in self.fits.items()}
         return {
             "name": self.name,
             "history": str(self.scan.attrs.get("history", "")).splitlines(),
-            "fits": {name: record(solution, self.columns) for name, solution in self.fits.items()},
+            "fits": fits,
         }
 
 

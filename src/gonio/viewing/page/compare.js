@@ -62,8 +62,9 @@ export function mount(panel, root, store) {
     if (!state.pair) return;
     const { name, missing, rms } = state.pair;
     const lost = missing ? ` ${missing} directions have no value of it.` : "";
+    const what = state.pairAs === "ratio" ? "Its values over those of this scan are below." : "Its values less those of this scan are below.";
     const off = rms === null ? "" : ` rms difference ${number(100 * rms, 3)} % by solid angle.`;
-    said.textContent = `Hollow, dashed: ${printable(name)} at the directions of this scan.${off}${lost}`;
+    said.textContent = `Hollow, dashed: ${printable(name)} at the directions of this scan. ${what}${off}${lost}`;
     if (below.hidden) return;
     const data = dataOf(state, cells);
     plot = new uPlot(options(state, cells, root.clientWidth - 2), data, below);
@@ -102,7 +103,7 @@ function numbersOf(found) {
 function labelOf(state) {
   const set = state.sets[state.set];
   const unit = set.relative ? "a.u." : set.unit_label;
-  return state.pairAs === "ratio" ? "second / first" : `second − first [${unit}]`;
+  return state.pairAs === "ratio" ? "ratio" : `difference [${unit}]`;
 }
 
 // The ratio or the difference of one row, and its standard uncertainty: of both scans, as if they were independent.
@@ -133,9 +134,11 @@ function dataOf(state, cells) {
   return [x, ...columns];
 }
 
+// What is drawn, with the line of no difference and some room.
 function about(middle, low, high) {
-  const far = Math.max(Math.abs((low ?? middle) - middle), Math.abs((high ?? middle) - middle)) * 1.15 || 0.1;
-  return [middle - far, middle + far];
+  const [least, most] = [Math.min(middle, low ?? middle), Math.max(middle, high ?? middle)];
+  const room = 0.1 * (most - least) || 0.1;
+  return [least - room, most + room];
 }
 
 // Bars of the uncertainty of both, and the line of no difference.

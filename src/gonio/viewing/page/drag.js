@@ -15,7 +15,8 @@ const STEP = 1e-4; // of a value, for differences
 const DAMPED = 1e-3; // of the mean of the diagonal of J'J
 const MOST = 160; // directions elsewhere that are looked at
 const FARTHEST = 1.0; // change of ln f in one step: beyond it a straight line is no guide
-const ROUNDS = 4;
+const ROUNDS = 6;
+const NEAR = 0.05; // of ln f: farther from the pointer the page says so
 const REACH = 25; // px from the pointer to a curve
 
 export function mount(root, store, actions) {
@@ -36,6 +37,7 @@ export function mount(root, store, actions) {
   };
 
   extensions.ready.push((plot, cells) => listen(plot, cells, store, actions));
+  store.watch(["set", "model", "fit"], () => (note.textContent = ""));
   store.watch(["dragging"], ({ dragging }) => root.classList.toggle("dragging", dragging));
 
   root.addEventListener("keydown", (event) => {
@@ -124,19 +126,25 @@ export function dragged(state, cell, signed, target) {
     const scales = free.map((k) => scaleOf(state, k, values[k]));
     const slopes = derivatives(at, values, free, scales, parameters);
     const step = stepTo(slopes, wanted);
-    if (!step) return { values: state.values, why: "No parameter that is free moves the curve here." };
+    if (!step) {
+      if (!round) return { values: state.values, why: "No parameter that is free moves the curve here." };
+      break;
+    }
     const next = values.slice();
     const stopped = [];
     free.forEach((k, n) => {
       const { lower, upper } = parameters[k];
-      next[k] = Math.min(Math.max(values[k] + step[n] * scales[n], lower), upper ?? Infinity);
-      if (next[k] !== values[k] + step[n] * scales[n]) stopped.push(k);
+      const asked = moved(values[k], step[n], scales[n], lower);
+      next[k] = Math.min(Math.max(asked, lower), upper ?? Infinity);
+      if (next[k] !== asked) stopped.push(k);
     });
     // What met its bound stays there, and the others go on.
     free = free.filter((k) => !stopped.includes(k));
     if (stopped.length) why = `At its bound: ${stopped.map((k) => parameters[k].name).join(", ")}.`;
     values = next;
   }
+  const reached = curve(state, cell, here)(values)[0];
+  if (!(Math.abs(Math.log(target / reached)) < NEAR)) why ||= "The curve goes no nearer.";
   return { values: state.values.map((own, k) => replaced(own, state.groups[k][cell], values[k])), why };
 }
 
@@ -144,10 +152,15 @@ const replaced = (own, group, value) => (own[group] === value ? own : own.map((v
 
 // What a value must change by to matter: a part of itself, or of its range where it is zero.
 function scaleOf(state, k, value) {
-  const { lower, upper, weight, wide } = state.model.declaration.parameters[k];
-  if (weight) return Math.max(Math.abs(value), 1e-3 * (state.ranges[k] ?? 1));
-  return wide ? Math.abs(value) : 0.25 * (upper - lower);
+  const { lower, upper, weight } = state.model.declaration.parameters[k];
+  if (isRatio(value, lower)) return value;
+  return weight ? 1e-3 * (state.ranges[k] ?? 1) : 0.25 * (upper - lower);
 }
+
+// Positive values move by ratios, so that no step meets zero.
+const isRatio = (value, lower) => value > 0 && lower >= 0;
+
+const moved = (value, step, scale, lower) => (isRatio(value, lower) ? value * Math.exp(step) : value + step * scale);
 
 // d ln f by the scaled values, at every place: one column for each free value.
 function derivatives(at, values, free, scales, parameters) {

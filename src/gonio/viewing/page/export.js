@@ -44,7 +44,7 @@ export function mount(store) {
   if (!served) for (const control of [figure, draw, target, write]) Object.assign(control, { disabled: true, title: WHY_NOT });
 
   async function open() {
-    said.textContent = served ? "" : `Figures and other programs: ${WHY_NOT.toLowerCase()}`;
+    said.textContent = served ? "" : `Figures and other programs: ${WHY_NOT}`;
     wrong.textContent = "";
     const state = store.get();
     scaled.hidden = !(served && state.sets[state.set].relative);

@@ -4,7 +4,7 @@ import { element } from "gonio/elements.js";
 import { ended, post, remove, served } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
-const WEIGHTINGS = ["auto", "log", "relative", "uncertainty", "uniform"];
+const WEIGHTINGS = ["auto", "uniform", "relative", "solid-angle", "uncertainty", "log"];
 export const WHY_NOT = "This page is a file. gonio view FILE opens one that can do this.";
 
 // What the server needs to know of the sliders.
@@ -84,6 +84,11 @@ export function mount(root, store, actions) {
     ranking.replaceChildren(...(event.ranking ?? []).map((row) => element("li", {}, `${row.model}: ${number(row.error, 3)}`)));
   }
 
+  store.watch(["set"], ({ job }) => {
+    if (!served || job) return;
+    said.textContent = wrong.textContent = "";
+    ranking.replaceChildren();
+  });
   store.watch(["job"], ({ job }) => {
     running.hidden = !job;
     one.disabled = all.disabled = !served || Boolean(job);

@@ -134,6 +134,8 @@ export function mount(root, store, actions) {
   store.watch(["set", "block", "model", "fit", "sets", "ranges"], rebuild);
   store.watch(["set", "block", "model", "fit", "values", "cell", "locked", "follow", "ranges"], (state) => {
     for (const { show } of rows) show(state);
+    const follow = model.querySelector(".buttons input");
+    if (follow) follow.checked = state.follow;
   });
 }
 

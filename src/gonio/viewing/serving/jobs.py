@@ -5,6 +5,7 @@ import itertools
 import json
 import threading
 from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -42,11 +43,15 @@ class Job:
 
     def tell(self, event: dict[str, Any]) -> None:
         """Say how far it is, from any thread."""
-        self.loop.call_soon_threadsafe(self._told, event, False)
+        self._from_a_thread(event, False)
 
     def finish(self, event: dict[str, Any]) -> None:
         """Say how it ended, from any thread."""
-        self.loop.call_soon_threadsafe(self._told, event, True)
+        self._from_a_thread(event, True)
+
+    def _from_a_thread(self, event: dict[str, Any], ended: bool) -> None:
+        with suppress(RuntimeError):  # the server has ended, and its loop is closed
+            self.loop.call_soon_threadsafe(self._told, event, ended)
 
     def _told(self, event: dict[str, Any], ended: bool) -> None:
         if self.ended:

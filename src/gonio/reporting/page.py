@@ -8,11 +8,13 @@ from typing import Any
 
 from gonio.files import replacing
 from gonio.fitting.solution import Solution
+from gonio.fitting.status import Status
 from gonio.outside import printable
 from gonio.reporting import checks, circumstances, fitted, measurement, pdf
 from gonio.reporting.blocks import Cell, Facts, Section, count, data, percent
 from gonio.reporting.case import Case
 from gonio.results.content import HEADS, content, scan_name
+from gonio.results.sparkline import sparkline
 from gonio.results.text import as_text
 
 SUFFIXES = (".html", pdf.SUFFIX, ".md", ".txt")
@@ -34,8 +36,10 @@ def templates() -> Any:
 
 
 def as_html(solution: Solution) -> str:
-    """What `print(solution)` says as one element of well-formed HTML, for a notebook."""
-    text: str = templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)))
+    """What `print(solution)` says as one element of well-formed HTML with a small picture, for a notebook."""
+    picture = sparkline(solution.scan, solution.brdf) if solution.has_scan else ""
+    told = {"status": str(solution.status), "is_good": solution.status == Status.CONVERGED, "picture": picture}
+    text: str = templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)), **told)
     return "".join(line.strip() for line in text.splitlines())
 
 

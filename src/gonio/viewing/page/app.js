@@ -2,8 +2,10 @@
 
 import { actionsOf, fetched } from "gonio/actions.js";
 import { computed } from "gonio/compute.js";
+import * as alone from "gonio/alone.js";
 import * as curves from "gonio/curves.js";
 import * as keys from "gonio/keys.js";
+import * as notebook from "gonio/notebook.js";
 import * as panel from "gonio/panel.js";
 import * as source from "gonio/source.js";
 import { createStore } from "gonio/state.js";
@@ -51,6 +53,8 @@ async function start() {
   curves.mount(place("curves"), store, actions);
   status.mount(place("status"), store);
   keys.mount(document, store, actions);
+  alone.mount(place("panel"), store);
+  notebook.mount(place("top").querySelector(".actions"), store, actions);
   await actions.chooseSet(0);
   store.set({ sets: state.sets.slice() });
   window.gonio = { store, actions }; // for tests, and for the curious

@@ -6,6 +6,9 @@ const inside = held ? JSON.parse(held.textContent) : null;
 // Whether a server answers, which fits and exports.
 export const served = !inside;
 
+// Whether the page is a frame of a notebook, whose kernel fits.
+export const notebook = Boolean(inside?.notebook);
+
 async function asked(path, options) {
   const answer = await fetch(path, options);
   if (!answer.ok) {

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import gonio
 from gonio import Problem, catalogue, fit, simulate
 from gonio.viewing import notebook
 from gonio.viewing.notebook import Page, view
@@ -100,12 +99,12 @@ def test_it_is_written_and_nothing_is_shown(scan, solution, browser_opened, tmp_
         (lambda s, f: view(xr.Dataset({"a": 1})), ValueError, "the Dataset has no brdf, theta_i, theta_r, phi"),
         (lambda s, f: view(f, f), ValueError, "two fits are given: give the scan, and the fit as the second"),
         (lambda s, f: view(s, model="GGX"), KeyError, "did you mean ggx"),
-        (lambda s, f: view(s, model="lambert", values={"rhoo": 1}), KeyError, "lambert has no value 'rhoo'; nearest: rho"),
+        (lambda s, f: view(s, model="lambert", values={"rhoo": 1}), KeyError, "no value 'rhoo'; nearest: rho"),
         (lambda s, f: view(s, model="ggx", values={"width": 9.0}), ValueError, "width is 9.0: give a number from 0.01"),
         (lambda s, f: view(s, model="ggx", values={"width": "a"}), ValueError, "width is 'a': give a number from 0.01"),
         (lambda s, f: view(s, f, values={"rho": 1.0}), ValueError, "a fit has its own values"),
         (lambda s, f: view(s.isel(direction=s["theta_i"] > 20), f), None, ""),
-        (lambda s, f: view(s.assign_coords(theta_i=s["theta_i"] + 5), f), ValueError, "rho was fitted for theta_i = 10, 40"),
+        (lambda s, f: view(s.assign_coords(theta_i=s["theta_i"] + 5), f), ValueError, "rho was fitted for theta_i"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_shown_is_refused_in_a_line(scan, solution, browser_opened, call, error, words):
@@ -130,7 +129,9 @@ def widget_of(*words, **options):
         warnings.simplefilter("ignore")
         from gonio.viewing.widget import View
 
-    shown = View(notebook._session(*words, *[None] * (2 - len(words)), options.get("model", ""), options.get("values", {})))
+    shown = View(
+        notebook._session(*words, *[None] * (2 - len(words)), options.get("model", ""), options.get("values", {}))
+    )
     shown.sent = []
     shown.send = lambda content, buffers=None: shown.sent.append(content)
     return shown
@@ -245,7 +246,7 @@ def test_a_saved_notebook_has_a_picture(scan, solution):
 
 
 def test_importing_gonio_loads_neither_the_page_nor_the_widget():
-    code = "import sys, gonio, gonio.measured.dataset\nprint([m for m in ('anywidget', 'gonio.viewing') if m in sys.modules])"
+    code = "import sys, gonio.measured.dataset\nprint([m for m in ('anywidget', 'gonio.viewing') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
@@ -293,7 +294,9 @@ def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution)
                       "{kind: 'values', model: 'lambert', values: [['1', 2]]}", "{kind: 'fit', set: 9}"):  # fmt: skip
             page.evaluate(f"kernel({wrong})")
         page.evaluate("window.postMessage({gonio: 'gonio-page', kind: 'fit'}, '*')")  # not from the frame
-        inside.evaluate("window.postMessage({gonio: 'gonio-kernel', kind: 'values', model: 'lambert', values: [[9, 9]]}, '*')")
+        inside.evaluate(
+            "window.postMessage({gonio: 'gonio-kernel', kind: 'values', model: 'lambert', values: [[9, 9]]}, '*')"
+        )
         inside.get_by_role("button", name="Fit", exact=True).click()
         page.wait_for_function("told.at(-1).kind === 'fit'")
         assert page.evaluate("told.filter((one) => one.kind === 'fit').length") == 1
@@ -302,7 +305,7 @@ def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution)
         inside.wait_for_function("document.querySelector('#status .error').textContent === '<b>no</b>'")
         assert inside.get_by_role("button", name="Fit", exact=True).is_enabled()
         page.evaluate("away()")
-        assert len(page.frames) == 1
+        assert page.locator("iframe").count() == 0
         assert page.said == []
 
 

@@ -156,13 +156,14 @@ def _session(
     if isinstance(scan, Solution):
         if solution is not None:
             raise ValueError("two fits are given: give the scan, and the fit as the second")
-        scan, solution = scan.scan, scan
+        solution = scan
+        scan = solution.scan
     if lacking := missing(scan):
         raise ValueError(
             f"the Dataset has no {lacking}: a scan needs brdf and the coordinates theta_i, theta_r and phi"
         )
-    chosen = catalogue[model] if isinstance(model, str) and model else model or catalogue[FIRST]
-    assert isinstance(chosen, Model)
+    first = model or (solution.model if solution else FIRST)
+    chosen = catalogue[first] if isinstance(first, str) else first
     models = {**catalogue, chosen.name: chosen} | ({solution.model.name: solution.model} if solution else {})
     opened = Opened(_named(scan), scan, {FIT: solution} if solution else {})
     opened.described()  # refuses a fit of other groups, and a scan without values

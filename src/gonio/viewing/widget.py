@@ -24,7 +24,7 @@ FROM_PAGE, TO_PAGE = "gonio-page", "gonio-kernel"
 PICTURE = (640, 300)  # pixels of the picture that stands for the page in a saved notebook
 
 
-class View(anywidget.AnyWidget):
+class View(anywidget.AnyWidget):  # type: ignore[misc]
     """A page with sliders below a cell.
 
     Attributes
@@ -110,14 +110,14 @@ class View(anywidget.AnyWidget):
             **options,
         )
 
-    @traitlets.validate("values")
+    @traitlets.validate("values")  # type: ignore[untyped-decorator]
     def _checked(self, proposal: Any) -> Mapping[str, float]:
         if not isinstance(proposal["value"], Mapping):
             raise traitlets.TraitError('values is a mapping: view.values = {"width": 0.2}')
         new = proposal["value"] if self._from_page else self._layout.checked(proposal["value"])
         return MappingProxyType(self._all | dict(new))
 
-    @traitlets.observe("values")
+    @traitlets.observe("values")  # type: ignore[untyped-decorator]
     def _moved(self, change: Any) -> None:
         self._all = dict(change["new"])
         if not self._from_page:

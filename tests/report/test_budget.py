@@ -143,7 +143,9 @@ def no_browser(monkeypatch, tmp_path):
 
 
 def test_without_a_browser_nothing_is_fitted_or_written(no_browser, tmp_path):
-    with pytest.raises(ValueError, match=r"no chromium, chromium-browser or google-chrome on the PATH: pip install 'gonio"):
+    with pytest.raises(
+        ValueError, match=r"no chromium, chromium-browser or google-chrome on the PATH: pip install 'gonio"
+    ):
         gonio.report(painted(), tmp_path / "page.pdf")  # before the fit, which would take seconds
     with pytest.raises(ValueError, match=r"write .html and print that"):
         write_report(by_cause(), tmp_path / "page.PDF")

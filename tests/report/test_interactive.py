@@ -126,7 +126,9 @@ def test_weasyprint_without_its_library_is_told_in_a_line(no_browser, monkeypatc
     monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Missing(), *sys.meta_path])
     monkeypatch.setattr(pdf, "find_spec", lambda name: object())
-    with pytest.raises(ValueError, match=r"WeasyPrint cannot be loaded \(cannot load library 'libpango-1.0-0'\): install"):
+    with pytest.raises(
+        ValueError, match=r"WeasyPrint cannot be loaded \(cannot load library 'libpango-1.0-0'\): install"
+    ):
         pdf.write_pdf("<p>a", tmp_path / "a.pdf", force=False)
     assert importlib.util.find_spec("gonio")
     assert list(tmp_path.iterdir()) == []

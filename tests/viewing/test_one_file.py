@@ -12,7 +12,7 @@ from gonio.viewing import assembled
 from gonio.viewing.assembled import in_one_file, parts, policy, scripts_of
 from gonio.viewing.notebook import frame
 from gonio.viewing.session import Opened, Session
-from viewing.opened import READY, from_elsewhere, opened
+from viewing.opened import READY, from_elsewhere, opened, until
 
 pytestmark = pytest.mark.xdist_group("viewer")
 
@@ -57,7 +57,7 @@ def test_it_works_from_a_file_and_asks_for_nothing(chromium, page):
         slider = shown.locator("#parameter-width")
         slider.focus()
         slider.press("Shift+ArrowRight")
-        shown.wait_for_function(f"gonio.store.get().result.cost !== {before}")
+        until(shown, f"gonio.store.get().result.cost !== {before}")
         assert "holds the model" in shown.locator(".alone").text_content()
         assert (shown.said, from_elsewhere(shown)) == ([], [])
 

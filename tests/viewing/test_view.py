@@ -277,10 +277,10 @@ def hosted(scan, solution, tmp_path_factory):
 
 @pytest.mark.xdist_group("viewer")
 def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution):
-    from viewing.opened import READY, opened
+    from viewing.opened import READY, opened, until
 
     with opened(chromium, hosted) as page:
-        page.wait_for_function("told.some((one) => one.kind === 'values')")
+        until(page, "told.some((one) => one.kind === 'values')")
         assert page.evaluate("told[0].kind") == "ready"
         values = page.evaluate("told.find((one) => one.kind === 'values')")
         assert (values["model"], values["fit"]) == ("lambert", "fit")
@@ -288,8 +288,8 @@ def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution)
         inside = page.frames[1]
         inside.wait_for_selector(READY)
         page.evaluate("kernel({kind: 'values', model: 'lambert', values: [[0.25, 0.75]]})")
-        inside.wait_for_function("gonio.store.get().values[0][1] === 0.75")
-        page.wait_for_function("told.at(-1).values?.[0][1] === 0.75")
+        until(inside, "gonio.store.get().values[0][1] === 0.75")
+        until(page, "told.at(-1).values?.[0][1] === 0.75")
         for wrong in ("null", "{kind: 'nothing'}", "{kind: 'values', model: 'lambert', values: [[1]]}",
                       "{kind: 'values', model: 'lambert', values: [['1', 2]]}", "{kind: 'fit', set: 9}"):  # fmt: skip
             page.evaluate(f"kernel({wrong})")
@@ -298,11 +298,11 @@ def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution)
             "window.postMessage({gonio: 'gonio-kernel', kind: 'values', model: 'lambert', values: [[9, 9]]}, '*')"
         )
         inside.get_by_role("button", name="Fit", exact=True).click()
-        page.wait_for_function("told.at(-1).kind === 'fit'")
+        until(page, "told.at(-1).kind === 'fit'")
         assert page.evaluate("told.filter((one) => one.kind === 'fit').length") == 1
         assert page.evaluate("told.at(-1).values") == [[0.25, 0.75]]
         page.evaluate("kernel({kind: 'error', text: '<b>no</b>'})")
-        inside.wait_for_function("document.querySelector('#status .error').textContent === '<b>no</b>'")
+        until(inside, "document.querySelector('#status .error').textContent === '<b>no</b>'")
         assert inside.get_by_role("button", name="Fit", exact=True).is_enabled()
         page.evaluate("away()")
         assert page.locator("iframe").count() == 0

@@ -8,7 +8,9 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from pathlib import Path
 
+from gonio.files import refuse_existing, replacing
 from gonio.viewing.described import module, shader
 from gonio.viewing.session import Session
 
@@ -83,6 +85,16 @@ def in_one_file(session: Session, models: list[str], notebook: bool = False) -> 
         ]
     )
     return _filled(styles, scripts)
+
+
+def written(page: str, path: Path, force: bool) -> Path:
+    """A page written to a file of HTML."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
+    refuse_existing(path, force)
+    with replacing(path, force) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return path
 
 
 def policy(scripts: Sequence[str]) -> str:

@@ -15,19 +15,17 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
 from gonio.measured.sound import missing
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.outside import printable
-from gonio.viewing.assembled import in_one_file
-from gonio.viewing.session import FIRST, Opened, Session
+from gonio.viewing.assembled import in_one_file, written
+from gonio.viewing.session import FIRST, FIT, Opened, Session
 
 if TYPE_CHECKING:
     from gonio.viewing.widget import View
 
-FIT = "fit"  # how the fit is called that a page begins with
 HEIGHT = "46rem"
 WITHOUT = (
     "This page has its sliders, and Python cannot read or set them: that takes anywidget "
@@ -138,16 +136,6 @@ def frame(page: str, height: str = HEIGHT) -> str:
         f'<iframe title="gonio: scan, model and sliders" sandbox="allow-scripts allow-downloads" loading="lazy" '
         f'style="display:block;width:100%;height:{height};border:0" srcdoc="{html.escape(page)}"></iframe>'
     )
-
-
-def written(page: str, path: Path, force: bool) -> Path:
-    """A page written to a file of HTML."""
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
-    refuse_existing(path, force)
-    with replacing(path, force) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-    return path
 
 
 def _session(

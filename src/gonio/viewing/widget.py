@@ -14,10 +14,9 @@ from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
 from gonio.model import Model
 from gonio.results.sparkline import sparkline
-from gonio.viewing.assembled import in_one_file
+from gonio.viewing.assembled import in_one_file, written
 from gonio.viewing.fits import record
-from gonio.viewing.notebook import FIT, written
-from gonio.viewing.session import Opened, Session
+from gonio.viewing.session import FIT, Opened, Session
 from gonio.viewing.values import Layout, of_fit, of_model
 
 FROM_PAGE, TO_PAGE = "gonio-page", "gonio-kernel"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from gonio.reporting.case import Case
 from gonio.results.content import scan_name
 from gonio.viewing.assembled import in_one_file, policy, scripts_of
-from gonio.viewing.notebook import FIT, frame
-from gonio.viewing.session import Opened, Session
+from gonio.viewing.notebook import frame
+from gonio.viewing.session import FIT, Opened, Session
 
 HEIGHT = "60rem"
 

@@ -19,4 +19,4 @@ def test_the_widget_in_jupyterlab_did_what_it_promises():
     assert found["fitted by the kernel"] == found["values after the fit"]
     assert found["fitted by the kernel"] == pytest.approx(0.22, abs=0.01)  # of the sample, which was made with it
     assert found["frames left"] == 0
-    assert found["style of the notebook"] is False
+    assert found["style of the page on the notebook"] is False

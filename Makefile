@@ -78,6 +78,7 @@ lock: ## pins every dependency anew (needs uv)
 		-o locks/bench.lock
 	printf 'eradiate-mitsuba\nmaterialx\npygltflib\npyyaml\nraysect\nusd-core\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/exports.lock
 	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\nwgpu\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
+	printf 'anywidget\njupyterlab\nplaywright\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/jupyter.lock
 
 BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck designs figures fuzz interrupt \
 	intervals lowest mutation mutation-printers newest nist planted renders spectral validated

@@ -178,7 +178,7 @@ def test_citations_are_in_the_bibliography():
 
 
 def test_locks_hold_hashes_and_no_address():
-    for name in ("run.lock", "test.lock", "bench.lock", "crosscheck.lock", "exports.lock"):
+    for name in ("run.lock", "test.lock", "bench.lock", "crosscheck.lock", "exports.lock", "jupyter.lock"):
         text = (ROOT / "locks" / name).read_text()
         assert "--hash=sha256:" in text
         assert "://" not in text

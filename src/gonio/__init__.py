@@ -31,6 +31,7 @@ _HOMES = {
     "sample": "gonio.samples",
     "scan": "gonio.tables.arrays",
     "simulate": "gonio.measured.simulation",
+    "view": "gonio.viewing.notebook",
     "write": "gonio.formats",
 }
 
@@ -75,6 +76,7 @@ __all__ = [
     "sample",
     "scan",
     "simulate",
+    "view",
     "write",
 ]
 
@@ -99,6 +101,7 @@ if TYPE_CHECKING:
     from gonio.results.figures import plot
     from gonio.samples import sample
     from gonio.tables import from_pandas, read_table, scan
+    from gonio.viewing.notebook import view
 
 
 def __getattr__(name: str) -> Any:

@@ -6,6 +6,7 @@ runs as formulas. Here it becomes harmless; nothing is left out. And names that 
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from html import escape
 from textwrap import shorten
 from typing import Generic, TypeVar
 
@@ -82,3 +83,15 @@ class NearestNames(dict[str, Entry], Generic[Entry]):
         }
         lines = [f"{name:{width}}  {title}".rstrip() for name, title in titles.items()]
         return "\n".join([f"{len(self)} {self.kind}s:", *lines])
+
+    def _repr_html_(self) -> str:
+        """A table of names and titles, for notebooks."""
+        rows = ((name, str(getattr(entry, "title", ""))) for name, entry in self.items())
+        return f"<div><div>{len(self)} {escape(self.kind)}s</div>{html_table(('name', 'title'), rows)}</div>"
+
+
+def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of texts as HTML for notebooks, which is well-formed XML too; what is not printable is escaped."""
+    head = "".join(f"<th>{escape(printable(cell))}</th>" for cell in heads)
+    body = "".join("<tr>" + "".join(f"<td>{escape(printable(c))}</td>" for c in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

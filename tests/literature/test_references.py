@@ -78,7 +78,7 @@ def test_a_model_of_ones_own_may_cite_any_text():
     bare = Model("bare", terms={"k": plain})
     assert bare.equations == {"k": ()}
     assert bare.sum_of_terms == ""
-    assert bare._repr_html_() == "<p><b>bare</b>: bare</p>"
+    assert bare._repr_html_().startswith("<p><b>bare</b>: bare</p><table>")
 
 
 def test_html_has_title_source_with_its_link_and_equations():
@@ -87,6 +87,8 @@ def test_html_has_title_source_with_its_link_and_equations():
     assert '<a href="https://doi.org/10.2312/EGWR/EGSR07/195-206">10.2312/EGWR/EGSR07/195-206</a>' in html
     assert r"$$f = \rho_s\,f_s + \rho_d\,f_d$$" in html
     assert "&amp;=" in catalogue["phong"]._repr_html_()
+    assert "<tr><td>width</td><td>width of the distribution of facet slopes</td><td>0.01</td><td>1</td>" in html
+    assert "<p>It violates energy: the weight is the level" in catalogue["abg"]._repr_html_()
 
 
 @pytest.mark.parametrize(

@@ -136,13 +136,16 @@ def test_a_value_at_its_bound_has_no_shift():
 @pytest.fixture
 def no_browser(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
+    monkeypatch.setattr(pdf, "find_spec", lambda name: None)  # nor WeasyPrint
     pdf.browser.cache_clear()
     yield
     pdf.browser.cache_clear()
 
 
 def test_without_a_browser_nothing_is_fitted_or_written(no_browser, tmp_path):
-    with pytest.raises(ValueError, match=r"no chromium, chromium-browser or google-chrome is on the PATH: install one"):
+    with pytest.raises(
+        ValueError, match=r"no chromium, chromium-browser or google-chrome on the PATH: pip install 'gonio"
+    ):
         gonio.report(painted(), tmp_path / "page.pdf")  # before the fit, which would take seconds
     with pytest.raises(ValueError, match=r"write .html and print that"):
         write_report(by_cause(), tmp_path / "page.PDF")

@@ -8,8 +8,11 @@ import html5lib
 import pytest
 
 import gonio
+from gonio.measured.masking import mask
 from gonio.models import catalogue
+from gonio.reporting.case import Case, Known
 from gonio.reporting.citation import reference
+from gonio.reporting.page import page
 from gonio.results.content import content
 from report.conftest import DATE, HOSTILE, KINDS, of, painted
 
@@ -216,3 +219,14 @@ def test_what_is_simulated_is_called_simulated(tmp_path):
     assert "Report on simulated values" in text
     assert "no: the values are simulated from ggx" in text
     assert "of a measurement of scattered light" not in text
+
+
+def test_why_values_are_masked_is_said():
+    scan = gonio.sample("coating")
+    scan = mask(scan, blocked=5.0, floor=float(scan["brdf"].min()) * 1.05)
+    held = {"index": 1.5, "extinction": 0.0}
+    solution = gonio.fit(gonio.Problem(catalogue["ggx"], scan, held=held))
+    text = page(Case(solution, scan, Known()))
+    flags = {name: int((scan["mask"] == k).sum()) for k, name in ((1, "blocked"), (2, "below floor"))}
+    assert min(flags.values()) > 0
+    assert f"{flags['blocked']} blocked, {flags['below floor']} below floor" in text

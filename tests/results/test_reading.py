@@ -56,7 +56,10 @@ def test_html_is_well_formed_and_small_and_says_the_same(fits, kind):
     assert len(page.encode()) < 20_000
     ET.fromstring(page)
     found = Names(page)
-    assert set(found.elements) <= {"div", "b", "table", "thead", "tbody", "tr", "th", "td", "ul", "li"}
+    plain = {"div", "b", "table", "thead", "tbody", "tr", "th", "td", "ul", "li"}
+    assert set(found.elements) <= plain | {"svg", "path", "polyline"}
+    assert found.elements.count("svg") == 1
+    assert "prefers-color-scheme" in page or "var(--jp-" in page
     words = " ".join(str(fits[kind]).replace("\n- ", " ").split())
     assert sorted("".join(found.text.split())) == sorted("".join(words.split()))
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 # A BRDF (n,) at directions theta_i, theta_r, phi, phi_i [deg] (n,), NaN where there is none.
 Evaluate = Callable[..., npt.NDArray[np.float64]]
+SIGNED = 0  # the rank of formats whose files begin with something that no other file begins with
 
 
 class Means(NamedTuple):
@@ -96,7 +97,7 @@ class Format:
     evaluate: Evaluate | None = None
     remark: Callable[[xr.Dataset], str] | None = None
     holds: Holds = field(default_factory=Holds)
-    rank: int = 0
+    rank: int = SIGNED
 
     def __repr__(self) -> str:
         return f"<Format {self.name}: {self.title}>"

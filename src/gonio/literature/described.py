@@ -5,6 +5,7 @@ from typing import Any
 
 from gonio.literature.equations import complete, equations, symbol
 from gonio.literature.references import Reference, reference
+from gonio.outside import html_table
 
 
 class Described:
@@ -38,8 +39,8 @@ class Described:
         names = [name.replace(r"\begin{aligned}", "").strip(" \n&") for name in names]
         return "f = " + " + ".join(rf"{symbol(w)}\,{name}" for w, name in zip(self.terms, names, strict=True))
 
-    def _repr_html_(self) -> str:
-        """Title, source with its link, and the equation of every term, for notebooks."""
+    def _repr_html_(self: Any) -> str:
+        """Title, source with its link, equations, what it violates, and its parameters, for notebooks."""
         import html
 
         source = self.source
@@ -49,4 +50,8 @@ class Described:
         shown = [self.sum_of_terms, *(first for term in self.terms.values() for first in equations(term)[:1])]
         parts = [f"<b>{html.escape(self.name)}</b>: {html.escape(self.title)}", origin]
         parts += [f"$${html.escape(block)}$$" for block in shown if block]
-        return "".join(f"<p>{part}</p>" for part in parts if part)
+        parts += [f"It violates {law}: {html.escape(why)}." for law, why in sorted(self.violates.items())]
+        rows = [(n, f"weight of its term [{self.term_unit(n)}]", "0", "", "") for n in self.terms]
+        rows += [(n, p.help, f"{p.lower:g}", f"{p.upper:g}", p.unit) for n, p in self.shape.items()]
+        heads = ("parameter", "meaning", "lower", "upper", "unit")
+        return "".join([*(f"<p>{part}</p>" for part in parts if part), html_table(heads, rows)])

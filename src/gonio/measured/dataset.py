@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+import gonio.accessor  # noqa: F401 - a Dataset has it from now on
 from gonio.geometry import Geometry
 from gonio.measured.causes import CAUSE, SYSTEMATIC, TOTAL, gathered, in_common, spread
 from gonio.measured.distinct import distinct

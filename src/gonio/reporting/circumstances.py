@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from gonio.formats.bird.metadata import METADATA
 from gonio.measured import dataset
@@ -117,6 +118,7 @@ def _method(case: Case) -> list[tuple[str, Cell]]:
         ("absolute or relative", Cell(f"{absolute}, as the file has it")),
         ("values in use", count(used)),
         ("values masked or missing", count(every - used)),
+        *_masked(flat),
         ("incidence angles", _listed(_values(case, "theta_i"), "deg")),
         ("plane", Cell("in the plane of incidence" if dataset.is_in_plane(case.flat).all() else "out of plane too")),
     ]
@@ -124,6 +126,16 @@ def _method(case: Case) -> list[tuple[str, Cell]]:
         rows.append(("surface turned to", _listed(turned, "deg")))
     rows.append(("standard uncertainties", Cell(_uncertainties(case))))
     return rows
+
+
+def _masked(flat: xr.Dataset) -> Iterator[tuple[str, Cell]]:
+    """Why values are masked, with the number of each."""
+    if "mask" not in flat:
+        return
+    meanings = {k: word.replace("_", " ") for k, word in enumerate(dataset.MASK_MEANINGS)}
+    found = zip(*np.unique(flat["mask"].values[flat["mask"].values != 0], return_counts=True), strict=True)
+    if told := [f"{number_of} {meanings.get(int(flag), 'for another reason')}" for flag, number_of in found]:
+        yield "masked because", Cell(", ".join(told))
 
 
 def _uncertainties(case: Case) -> str:

@@ -27,6 +27,7 @@ def report(
     scan: xr.Dataset | None = None,
     about: Mapping[str, Any] | str | Path | None = None,
     date: str = "",
+    interactive: bool = False,
     force: bool = False,
 ) -> Path:
     """Write a report on a scan or a fit: one page of HTML that needs nothing else, or PDF; `.md`, `.txt`: a short text.
@@ -36,7 +37,7 @@ def report(
     of : Solution or xarray.Dataset
         A fit; or a scan, to which the best model is fitted first, as `gonio.fit(scan)` does.
     path : str or Path
-        The file to write. A PDF is printed by an installed Chromium.
+        The file to write. A PDF is printed by an installed Chromium, or by WeasyPrint (`pip install 'gonio[pdf]'`).
     scan : xarray.Dataset, optional
         The scan of a fit as it was read, for what the fit does not hold: masked values, header, systematic
         uncertainties.
@@ -45,6 +46,9 @@ def report(
         format, or a YAML file of them.
     date : str
         Of the report; today where it is empty.
+    interactive : bool
+        Whether the page of HTML ends in that of `gonio.view`, with sliders: some 400 kB more. The report is read
+        without scripts all the same.
     force : bool
         Whether a file that exists is replaced.
 
@@ -58,8 +62,8 @@ def report(
     FileExistsError
         The file exists, and `force` is not set.
     ValueError
-        The suffix is another, no browser is installed that prints a PDF, a key is none of BiRD's, the scan is not that
-        of the fit, or the fit has no points and no scan is given.
+        The suffix is another, nothing is installed that prints a PDF, the interactive page has no page of HTML to stand
+        in, a key is none of BiRD's, the scan is not that of the fit, or the fit has no points and no scan is given.
 
     Examples
     --------
@@ -75,7 +79,7 @@ def report(
     if isinstance(of, xr.Dataset):
         scan, of = of, fit(of)
     case = Case(with_points(of, scan), scan, Known(about=told, date=dated(date)))
-    return write(case, Path(path), force)
+    return write(case, Path(path), force, with_sliders=interactive)
 
 
 def with_points(solution: Solution, scan: xr.Dataset | None) -> Solution:

@@ -8,11 +8,14 @@ from typing import Any
 
 from gonio.files import replacing
 from gonio.fitting.solution import Solution
+from gonio.fitting.status import Status
 from gonio.outside import printable
 from gonio.reporting import checks, circumstances, fitted, measurement, pdf
 from gonio.reporting.blocks import Cell, Facts, Section, count, data, percent
 from gonio.reporting.case import Case
+from gonio.reporting.interactive import interactive
 from gonio.results.content import HEADS, content, scan_name
+from gonio.results.sparkline import sparkline
 from gonio.results.text import as_text
 
 SUFFIXES = (".html", pdf.SUFFIX, ".md", ".txt")
@@ -34,14 +37,20 @@ def templates() -> Any:
 
 
 def as_html(solution: Solution) -> str:
-    """What `print(solution)` says as one element of well-formed HTML, for a notebook."""
-    text: str = templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)))
+    """What `print(solution)` says as one element of well-formed HTML with a small picture, for a notebook."""
+    picture = sparkline(solution.scan, solution.brdf) if solution.has_scan else ""
+    told = {"status": str(solution.status), "is_good": solution.status == Status.CONVERGED, "picture": picture}
+    text: str = templates().get_template("fragment.html").render(heads=HEADS, **vars(content(solution)), **told)
     return "".join(line.strip() for line in text.splitlines())
 
 
-def page(case: Case) -> str:
-    """The report as one page without scripts, whose data stand in it as JSON too."""
+def page(case: Case, with_sliders: bool = False) -> str:
+    """The report as one page without scripts, whose data stand in it as JSON too.
+
+    with_sliders: whether the interactive page stands at its end, which has scripts in a frame of its own.
+    """
     told = sections(case)
+    shown = interactive(case) if with_sliders else None
     text: str = (
         templates()
         .get_template("page.html")
@@ -54,6 +63,8 @@ def page(case: Case) -> str:
             summary=_summary(case),
             sections=told,
             record=_in_a_script(record(case, told)),
+            interactive=shown,
+            policy=shown.policy if shown else "",
         )
     )
     return text
@@ -117,22 +128,28 @@ def _in_a_script(record: Mapping[str, Any]) -> Any:
 
 
 def refuse_other_suffix(path: Path) -> None:
-    """ValueError for a file whose suffix names no form of a report, and for PDF where no browser prints it."""
+    """ValueError for a file whose suffix names no form of a report, and for PDF where nothing prints it."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"{path}: a report is written as .html, .pdf, .md or .txt: choose one of these")
     if path.suffix.lower() == pdf.SUFFIX:
-        pdf.browser()
+        pdf.refuse_no_printer()
 
 
-def write(case: Case, path: Path, force: bool, *more: Path) -> Path:
-    """The report in the form that each suffix names; ValueError for another, FileExistsError without `force`."""
+def write(case: Case, path: Path, force: bool, *more: Path, with_sliders: bool = False) -> Path:
+    """The report in the form that each suffix names; ValueError for another, FileExistsError without `force`.
+
+    with_sliders: whether a page of HTML ends in the interactive one; ValueError where no page is written.
+    """
     paths = (path, *more)
     for one in paths:
         refuse_other_suffix(one)
-    html = page(case) if {one.suffix.lower() for one in paths} & {".html", pdf.SUFFIX} else ""
+    suffixes = {one.suffix.lower() for one in paths}
+    if with_sliders and ".html" not in suffixes:
+        raise ValueError("the interactive page stands in a report of HTML: name a file that ends in .html")
+    html = page(case, with_sliders) if ".html" in suffixes else ""
     for one in paths:
         if one.suffix.lower() == pdf.SUFFIX:
-            pdf.write_pdf(html, one, force)
+            pdf.write_pdf(page(case) if with_sliders or not html else html, one, force)
             continue
         with replacing(one, force) as temporary:
             temporary.write_text(html if one.suffix.lower() == ".html" else _short(case, one), encoding="utf-8")

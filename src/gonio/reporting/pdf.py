@@ -1,8 +1,9 @@
-"""A page of HTML as PDF: printed by the Chromium that is installed, which knows how a page is broken."""
+"""A page of HTML as PDF: printed by the Chromium that is installed, or by WeasyPrint where none is."""
 
 import functools
 import shutil
 import subprocess
+from importlib.util import find_spec
 from pathlib import Path
 
 from gonio.files import replacing, temporary_folder
@@ -28,27 +29,48 @@ OPTIONS = (
 
 @functools.cache
 def browser() -> str:
-    """The path of the browser that prints; ValueError, with the remedy, where none of NAMES is installed."""
-    for name in NAMES:
-        if found := shutil.which(name):
-            return found
-    raise ValueError(
-        f"a PDF is printed by Chromium, and no {', '.join(NAMES[:-1])} or {NAMES[-1]} is on the PATH: install one, or "
-        "write .html and print that from any browser"
-    )
+    """The path of the browser that prints; empty where none of NAMES is installed."""
+    return next(filter(None, map(shutil.which, NAMES)), "")
+
+
+def refuse_no_printer() -> None:
+    """ValueError, with the remedy, where neither a browser nor WeasyPrint is installed."""
+    if not browser() and find_spec("weasyprint") is None:
+        raise ValueError(
+            f"a PDF is printed by Chromium or by WeasyPrint, and there is no {', '.join(NAMES[:-1])} or {NAMES[-1]} on "
+            "the PATH: pip install 'gonio[pdf]', install a browser, or write .html and print that from any browser"
+        )
 
 
 def write_pdf(html: str, path: Path, force: bool) -> Path:
     """A page that needs nothing else, printed to a file.
 
-    Raises ValueError where no browser is installed or it prints nothing, and FileExistsError without `force`.
+    Raises ValueError where nothing is installed that prints, or it prints nothing, and FileExistsError without `force`.
     """
+    refuse_no_printer()
     with temporary_folder() as folder, replacing(path, force) as temporary:
         page, printed = folder / "page.html", folder / "page.pdf"
-        page.write_text(html, encoding="utf-8")
-        _print(page, printed, folder / "profile")
+        if browser():
+            page.write_text(html, encoding="utf-8")
+            _print(page, printed, folder / "profile")
+        else:
+            _set(html, printed)
         shutil.copyfile(printed, temporary)
     return path
+
+
+def _set(html: str, printed: Path) -> None:
+    """By WeasyPrint, which runs no scripts; it is given no way to fetch anything."""
+    try:
+        import weasyprint
+    except OSError as error:  # it is there, and a library of the system that it needs is not
+        why = printable(str(error).splitlines()[0])
+        raise ValueError(
+            f"WeasyPrint cannot be loaded ({why}): install Pango, or write .html and print that from any browser"
+        ) from error
+    # Pictures stand in the page; whatever else it asks for, nothing is fetched.
+    fetcher = weasyprint.urls.URLFetcher(allowed_protocols=("data",))
+    weasyprint.HTML(string=html, url_fetcher=fetcher).write_pdf(printed)
 
 
 def _print(page: Path, printed: Path, profile: Path) -> None:

@@ -16,13 +16,13 @@ SUFFIXES = (".html", pdf.SUFFIX)
 
 
 def refuse_other_suffix(path: Path) -> None:
-    """ValueError for a file whose suffix names no form of the page, and for PDF where no browser prints it."""
+    """ValueError for a file whose suffix names no form of the page, and for PDF where nothing prints it."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
             f"{path}: a report of a reduction is written as .html or .pdf; --figure writes .pdf, .png, .svg"
         )
     if path.suffix.lower() == pdf.SUFFIX:
-        pdf.browser()
+        pdf.refuse_no_printer()
 
 
 def write_report(scan: xr.Dataset, path: Path, force: bool = False) -> Path:

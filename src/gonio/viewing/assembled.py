@@ -3,22 +3,26 @@
 import base64
 import hashlib
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from pathlib import Path
 
+from gonio.files import refuse_existing, replacing
 from gonio.viewing.described import module, shader
 from gonio.viewing.pairs import every_pair
 from gonio.viewing.session import Session
 
 STYLES = ("vendor/uplot.css", "style.css")
 TYPES = {".js": "text/javascript", ".css": "text/css"}
-# In one file a page asks nobody for anything: its scripts and styles are those that it holds.
+# In one file a page asks nobody for anything: its scripts are those that it holds, named by their digests.
 ALONE = (
-    "default-src 'none'; script-src 'unsafe-inline' data: blob:; style-src 'unsafe-inline'; img-src data: blob:; "
+    "default-src 'none'; script-src {digests} data: blob:; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'none'; base-uri 'none'; form-action 'none'"
 )
+START = 'import "gonio/app.js";'
 
 
 @cache
@@ -46,37 +50,66 @@ def served() -> tuple[str, str]:
     """The page of a server, and its Content-Security-Policy."""
     imports = {f"gonio/{name}": f"/page/{name}" for name in _scripts()} | {"model/": "/api/model/"}
     text = _import_map(imports)
-    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     styles = "\n".join(f'<link rel="stylesheet" href="/page/{name}">' for name in STYLES)
     scripts = f'<script type="importmap">{text}</script>\n<script type="module" src="/page/app.js"></script>'
     policy = (
-        f"default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self'; img-src 'self' data: blob:; "
+        f"default-src 'none'; script-src 'self' {_digest(text)}; style-src 'self'; img-src 'self' data: blob:; "
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     return _filled(styles, scripts), policy
 
 
-def in_one_file(session: Session, models: list[str]) -> str:
-    """The page with all that it needs: scans, fits, and the models that are named."""
+def in_one_file(session: Session, models: list[str], notebook: bool = False) -> str:
+    """The page with all that it needs: scans, fits, and the models that are named.
+
+    notebook: whether it stands in a frame of a notebook, and exchanges messages with that.
+    """
     known = [session.models[name] for name in models]
+    told = session.described()
     inside = {
-        "session": session.described() | {"models": [m for m in session.described()["models"] if m["name"] in models]},
+        "session": told | {"models": [m for m in told["models"] if m["name"] in models]},
         "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
         "pairs": every_pair(session),
         "shaders": {model.name: shader(model) for model in known},
+        "notebook": notebook,
     }
     imports = {f"gonio/{name}": _data(parts()[name]) for name in _scripts()}
     imports |= {f"model/{model.name}.js": _data(module(model)) for model in known}
+    text = _import_map(imports)
     styles = "\n".join(f"<style>\n{parts()[name]}</style>" for name in STYLES)
     scripts = "\n".join(
         [
-            f'<meta http-equiv="Content-Security-Policy" content="{ALONE}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy([text, START])}">',
             f'<script type="application/json" id="gonio-held">{_inside(json.dumps(inside))}</script>',
-            f'<script type="importmap">{_import_map(imports)}</script>',
-            '<script type="module">import "gonio/app.js";</script>',
+            f'<script type="importmap">{text}</script>',
+            f'<script type="module">{START}</script>',
         ]
     )
     return _filled(styles, scripts)
+
+
+def written(page: str, path: Path, force: bool) -> Path:
+    """A page written to a file of HTML."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
+    refuse_existing(path, force)
+    with replacing(path, force) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return path
+
+
+def policy(scripts: Sequence[str]) -> str:
+    """The Content-Security-Policy of a page in one file, whose own scripts are these."""
+    return ALONE.format(digests=" ".join(map(_digest, scripts)))
+
+
+def scripts_of(page: str) -> list[str]:
+    """The scripts that stand in a page in one file: its import map, and what starts it."""
+    return re.findall(r'<script type="(?:importmap|module)">(.*?)</script>', page, re.DOTALL)
+
+
+def _digest(script: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def _filled(styles: str, scripts: str) -> str:
@@ -85,7 +118,7 @@ def _filled(styles: str, scripts: str) -> str:
 
 
 def _import_map(imports: Mapping[str, str]) -> str:
-    return _inside(json.dumps({"imports": imports}))
+    return _inside(json.dumps({"imports": imports}, ensure_ascii=False))
 
 
 def _inside(text: str) -> str:
@@ -94,4 +127,7 @@ def _inside(text: str) -> str:
 
 
 def _data(script: str) -> str:
-    return "data:text/javascript;base64," + base64.b64encode(script.encode()).decode()
+    """A script as an address: readable, and shorter than base64. Only what an address cannot hold is escaped."""
+    for character in "%#\n\r\t":
+        script = script.replace(character, f"%{ord(character):02X}")
+    return "data:text/javascript;charset=utf-8," + script

@@ -14,6 +14,7 @@ from gonio.models import catalogue
 from gonio.viewing.columns import Columns, columns_of
 from gonio.viewing.described import by_name
 
+FIT = "fit"  # how a page calls the fit that it is handed without a name
 FIRST = "gonio-best"  # the model that a page begins with, where nothing else is asked for
 
 

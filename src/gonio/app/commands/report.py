@@ -21,6 +21,7 @@ from gonio.options import Option, Panel
 from gonio.reporting.about import read_about
 from gonio.reporting.case import Case, Known
 from gonio.reporting.entry import dated, sources, with_points
+from gonio.reporting.interactive import kilobytes
 from gonio.reporting.page import refuse_other_suffix, write
 from gonio.reporting.pdf import SUFFIX
 
@@ -34,7 +35,12 @@ EXAMPLES = (
         "gonio report results --scan scan.csv --about about.yml --out page.html",
         "The same with the header of the scan, and what the laboratory says",
     ),
-    Example("gonio report results --pdf page.pdf", "The page printed to PDF, which needs an installed Chromium"),
+    Example(
+        "gonio report results --pdf page.pdf", "The page printed to PDF, by an installed Chromium or by WeasyPrint"
+    ),
+    Example(
+        "gonio report results --interactive --out page.html", "With the page of gonio view, and its sliders, at the end"
+    ),
     Example(
         "gonio report scan.csv --model ggx --date 2026-01-31 --out page.html",
         "Fit one model; with a date the page is the same each time",
@@ -68,7 +74,12 @@ class ReportOptions:
             names=tuple(COVARIANCES),
         ),
     ] = DEFAULT
-    pdf: Annotated[str, Option("also print the page to PDF, by an installed Chromium", metavar="FILE.pdf")] = ""
+    pdf: Annotated[
+        str, Option("also print the page to PDF, by an installed Chromium or by WeasyPrint", metavar="FILE.pdf")
+    ] = ""
+    interactive: Annotated[
+        bool, Option("end the page in that of gonio view, with a slider for every parameter: some 400 kB more")
+    ] = False
     date: Annotated[str, Option("date of the report; without it today", metavar="YYYY-MM-DD")] = ""
     force: Force = False
 
@@ -112,9 +123,11 @@ def command(
             used.refuse_for(targets[0], "a fit")
         data = used.read_joint(files, joint=True) if files else None
         case = Case(with_points(stored, data), data, Known(files=sources(files)))
-    write(replace(case, known=replace(known, files=case.known.files, seed=case.known.seed)), first, page.force, *more)
+    known = replace(known, files=case.known.files, seed=case.known.seed)
+    write(replace(case, known=known), first, page.force, *more, with_sliders=page.interactive)
     for path in (first, *more):
-        show(f"wrote {path}")
+        size = f" ({kilobytes(path.stat().st_size)})" if page.interactive and path.is_file() else ""
+        show(f"wrote {path}{size}")
 
 
 def _outputs(out: Path | None, page: ReportOptions) -> list[Path]:
@@ -122,6 +135,8 @@ def _outputs(out: Path | None, page: ReportOptions) -> list[Path]:
     if page.pdf and Path(page.pdf).suffix.lower() != SUFFIX:
         raise ValueError(f"{page.pdf}: --pdf writes PDF: name a file that ends in {SUFFIX}")
     paths = ([out] if out else []) + ([Path(page.pdf)] if page.pdf else [])
+    if page.interactive and ".html" not in {path.suffix.lower() for path in paths}:
+        raise ValueError("--interactive ends a page of HTML in one with sliders: give --out page.html")
     if not paths:
         raise ValueError("a report is a file: give --out page.html, or --pdf page.pdf")
     for path in paths:

@@ -7,16 +7,23 @@ A parameter has one value for all points, or one for each group of points: with 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from gonio.door.text import clip
 from gonio.geometry import Geometry
+from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct, first_of
 from gonio.model import Model
-from gonio.outside import shortened
+from gonio.outside import html_table, printable, shortened
+from gonio.units import unit_label
+
+MOST_ROWS = 60  # of the table of a problem
+LONGEST_LINE = 200  # characters of what a file says, in a line for people
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -190,6 +197,31 @@ def described(model: Model, entries: Sequence[Entry], unit: str, weighting: str)
     return shortened(
         f"<Problem: {model.name} to {points} points in {unit}, {weighting} weighting; ", of_parameters, ">"
     )
+
+
+def as_html(model: Model, entries: Sequence[Entry], points: xr.Dataset, weighting: str) -> str:
+    """A problem as one element of HTML: its scan, and every parameter with its bounds, groups and held value."""
+    first = str(points.attrs.get("history", "")).partition("\n")[0]
+    angles = len(np.unique(points["theta_i"].values))
+    free = sum(entry.size for entry in entries if entry.held is None)
+    lines = [
+        f"{model.name} ({model.title}) to {points.sizes['direction']} points at {angles} incidence angles, "
+        f"in {unit_label(dataset.unit(points)) or '1'}",
+        clip(first, LONGEST_LINE),
+        f"{weighting} weighting, {free} free values",
+    ]
+    rows = [_row(entry) for entry in entries[:MOST_ROWS]]
+    told = "".join(f"<div>{escape(printable(line))}</div>" for line in lines if line)
+    table = html_table(("parameter", "in the fit", "one value for each", "lower", "upper", "unit"), rows)
+    return f"<div>{told}{table}</div>"
+
+
+def _row(entry: Entry) -> tuple[str, ...]:
+    by = f"{'+'.join(entry.by)} ({entry.size})" if entry.by else ""
+    if entry.held is None:
+        return entry.name, "free", by, f"{entry.lower:g}", f"{entry.upper:g}", entry.unit
+    at = f" at {entry.held[0]:g}" if entry.size == 1 else ""
+    return entry.name, f"held{at}", by, "", "", entry.unit
 
 
 SOMEWHERE = (30.0, 40.0, 170.0)  # deg; directions at which every model has a value

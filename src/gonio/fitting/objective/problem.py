@@ -23,6 +23,7 @@ from gonio.fitting.objective.axes import Axes
 from gonio.fitting.objective.entries import (
     Entry,
     Places,
+    as_html,
     described,
     designed,
     groups,
@@ -85,6 +86,10 @@ class Problem(ProblemOptions):
 
     def __repr__(self) -> str:
         return described(self.model, self.entries, dataset.unit(self.data), self.weighting)
+
+    def _repr_html_(self) -> str:
+        """The scan, the weighting, and what becomes of every parameter, for notebooks."""
+        return as_html(self.model, self.entries, self.points, self.weighting)
 
     def _refuse_unknown_names(self) -> None:
         for name_of, option in options_of(ProblemOptions).items():

@@ -3,6 +3,7 @@
 import { actionsOf, fetched } from "gonio/actions.js";
 import * as compare from "gonio/compare.js";
 import { computed } from "gonio/compute.js";
+import * as alone from "gonio/alone.js";
 import * as curves from "gonio/curves.js";
 import * as drag from "gonio/drag.js";
 import * as exporting from "gonio/export.js";
@@ -15,6 +16,7 @@ import * as gl from "gonio/gl.js";
 import * as lobe from "gonio/lobe.js";
 import * as map from "gonio/map.js";
 import { fetchTables } from "gonio/modelled.js";
+import * as notebook from "gonio/notebook.js";
 import * as panel from "gonio/panel.js";
 import * as source from "gonio/source.js";
 import * as sphere from "gonio/sphere.js";
@@ -81,6 +83,8 @@ async function start() {
   link.mount(store);
   exporting.mount(store);
   keys.mount(document, store, actions);
+  alone.mount(place("panel"), store);
+  notebook.mount(place("top").querySelector(".actions"), store, actions);
   await actions.chooseSet(0);
   await link.begin(store, actions, session.state);
   store.set({ sets: state.sets.slice() });

@@ -16,7 +16,7 @@ export const KEYS = [
 ];
 
 export function mount(root, store, actions) {
-  const close = element("button", { type: "button", autofocus: true }, "Close");
+  const close = element("button", { type: "button" }, "Close");
   const rows = KEYS.flatMap(([key, what]) => [element("dt", {}, key), element("dd", {}, what)]);
   const list = element("dialog", {}, element("h2", {}, "Keys"), element("dl", {}, ...rows), close);
   close.addEventListener("click", () => list.close());

@@ -25,6 +25,7 @@ export function mount(root, store, actions) {
     const masked = set.masked ? `, ${set.masked} masked` : "";
     data.append(element("p", { className: "note" }, `${set.total} ${set.origin} values${masked}${set.unit_label === "1" ? "" : `, ${set.unit_label}`}`));
     if (set.light) data.append(element("p", { className: "note" }, printable(set.light)));
+    if (set.shown < set.total) data.append(element("p", { className: "note" }, `Shown are ${set.shown} of them, whole curves chosen evenly: a page holds no more. The agreement is that of the values shown.`));
     if (set.relative) data.append(element("p", { className: "note" }, "Relative: it says nothing about energy."));
     if (set.blocks.length > 1) data.append(blocks(state, set));
     for (const { severity, text } of set.findings ?? []) data.append(element("p", { className: severity }, printable(text)));

@@ -7,6 +7,8 @@ const inside = held ? JSON.parse(held.textContent) : null;
 export const served = !inside;
 
 export const ended = "The server does not answer any more: start gonio view again.";
+// Whether the page is a frame of a notebook, whose kernel fits.
+export const notebook = Boolean(inside?.notebook);
 
 async function asked(path, options) {
   const answer = await fetch(path, options).catch(() => {

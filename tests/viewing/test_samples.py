@@ -12,7 +12,7 @@ from viewed import complaints, served
 pytestmark = [pytest.mark.xdist_group("viewer"), pytest.mark.no_cover]
 LARGEST = 100_000  # bytes of a sample, where a format has one that is smaller
 WIDTHS = (360, 1280)
-INK = 30  # pixels of colour that a view has at least where it draws anything
+INK = 10  # pixels of colour that a view has at least where it draws anything: two dots of one curve
 # Where a view is, and whether it says in words why it draws nothing.
 VIEWS = """() => Array.from(document.querySelectorAll("main > section"))
   .filter((s) => s.checkVisibility() && s.querySelector("canvas"))
@@ -77,7 +77,7 @@ def test_every_view_draws_every_format(name, page, files):
     views = {view["id"]: view["boxes"] for view in page.evaluate(VIEWS)}
     assert views or page.inner_text("#curves .note")
     if not page.evaluate("gonio.store.get().result.count"):
-        views["curves"] = views["curves"][:1]  # no residual: nothing that a model describes
+        views["curves"] = views.get("curves", [])[:1]  # no residual: nothing that a model describes
     for view, boxes in views.items():
         for box in boxes:
             assert ink(picture, box, coloured=view == "curves") > INK, view

@@ -60,6 +60,26 @@ def coarse_grids(monkeypatch):
 
 
 @pytest.fixture
+def coarse_tables(coarse_grids, monkeypatch):
+    """Tables of a few hundred values in every format, too coarse for what lies between the directions of a scan."""
+    monkeypatch.setattr("gonio.formats.hemispheres.STEPS", (30.0,))
+    monkeypatch.setattr("gonio.formats.mirror_grid.AZIMUTH_STEP", 45.0)
+    monkeypatch.setattr("gonio.formats.mirror_grid.NARROWEST", 15.0)
+    monkeypatch.setattr("gonio.formats.mirror_grid.WIDEST", 30.0)
+    monkeypatch.setattr("gonio.formats.zemax.RADIAL", (0, 5, 15, 30, 60, 90, 120, 160))
+    monkeypatch.setattr("gonio.formats.zemax.STEP", 45.0)
+
+
+@pytest.fixture(scope="module")
+def quick_compilation():
+    """Compilation takes most of the time of small stacks, and optimised code none of what is promised."""
+    jax = pytest.importorskip("jax", reason="the extra `batch` is not installed")
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)
+
+
+@pytest.fixture
 def aluminium():
     """The paper's aluminium: model, constants at three incidence angles, and a noisy simulated scan."""
     constants = published["Al"]

@@ -42,7 +42,7 @@ def chosen(paths):
 
 @pytest.mark.no_cover  # counting the lines of so many commands takes half as long as they do
 @pytest.mark.parametrize("name", of_every_format())
-def test_a_sample_goes_through_every_command(name, run, sample_files, tmp_path, coarse_grids, monkeypatch):
+def test_a_sample_goes_through_every_command(name, run, sample_files, tmp_path, coarse_tables, monkeypatch):
     monkeypatch.chdir(tmp_path)
     kind, sample = formats()[name], chosen(sample_files[name])
     steps = [

@@ -23,8 +23,7 @@ def spoken(text):
 
 
 @pytest.mark.parametrize("kind", GRIDS)
-def test_a_file_filled_by_a_model_goes_on_to_grazing_incidence(kind, run, in_plane, monkeypatch):
-    monkeypatch.setattr("gonio.formats.rgl.layout.SIZE", 16)
+def test_a_file_filled_by_a_model_goes_on_to_grazing_incidence(kind, run, in_plane, coarse_tables):
     code, out, err = run("convert", "scan.csv", "x", "--to", kind, "--fill", "symmetry,ggx", "--weighting", "log")
     assert code == 0, err
     theta_i = np.unique(np.round(read(in_plane / "x")["theta_i"].values, 4))

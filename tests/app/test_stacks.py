@@ -14,6 +14,7 @@ from gonio.fitting import fit
 from stacks import put, write_stack
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+pytestmark = pytest.mark.usefixtures("quick_compilation")  # of what this process fits, not of its workers
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import functools
 from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
 import xarray as xr
@@ -18,7 +17,8 @@ from gonio.fitting.status import STATUSES, Status
 from gonio.geometry import Geometry
 from gonio.measured.stack import NODE, StackLanes, lane_dims, one_scan
 
-pytestmark = pytest.mark.xdist_group("many fits")  # one process, which compiles each form of a problem once
+# One process, which compiles each form of a problem once.
+pytestmark = [pytest.mark.xdist_group("many fits"), pytest.mark.usefixtures("quick_compilation")]
 fit_many = functools.partial(batch.fit_many, block=8)  # one width, so that tests share what is compiled
 
 THETA_I = np.repeat([20.0, 40.0, 60.0], 41)
@@ -30,14 +30,6 @@ COORDS = {
 }
 SMALL = catalogue["torrance-sparrow"]  # compiled in half of the time of the paper's model
 GEOMETRY = Geometry.from_degrees(*(COORDS[n][1] for n in ("theta_i", "theta_r", "phi")))
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _quick_compilation():
-    """Compilation takes most of the time here, and optimised code none of what is promised."""
-    jax.config.update("jax_disable_most_optimizations", True)
-    yield
-    jax.config.update("jax_disable_most_optimizations", False)
 
 
 COST = 1e-7  # relative: a search of many ends where a step wins less than 1e-10 of E, one of one scan far beyond

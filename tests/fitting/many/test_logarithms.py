@@ -2,7 +2,6 @@
 
 import functools
 
-import jax
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,18 +12,11 @@ from gonio.fitting.choosing import choice_for
 from gonio.fitting.many import fit_many as batch
 from gonio.fitting.status import STATUSES, Status
 
-pytestmark = pytest.mark.xdist_group("many fits")  # one process, which compiles each form of a problem once
+# One process, which compiles each form of a problem once.
+pytestmark = [pytest.mark.xdist_group("many fits"), pytest.mark.usefixtures("quick_compilation")]
 fit_many = functools.partial(batch.fit_many, block=8)
 SMALL, PLAIN = catalogue["torrance-sparrow"], catalogue["lambert"]  # of a shape value, and of a weight alone
 COST = 1e-6  # relative: what was promised; searches of many end where a step wins less than 1e-10 of E
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _quick_compilation():
-    """Compilation takes most of the time here, and optimised code none of what is promised."""
-    jax.config.update("jax_disable_most_optimizations", True)
-    yield
-    jax.config.update("jax_disable_most_optimizations", False)
 
 
 def stack_of(name="torrance-sparrow", lanes=4, noise=0.05, seed=3):

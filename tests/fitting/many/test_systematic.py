@@ -13,7 +13,7 @@ from gonio.measured.stack import one_scan
 
 pytest.importorskip("jax", reason="the extra `batch` is not installed")
 # Two layouts of fits, with a weight of each point, are compiled: by one process, once.
-pytestmark = pytest.mark.xdist_group("systematic")
+pytestmark = [pytest.mark.xdist_group("systematic"), pytest.mark.usefixtures("quick_compilation")]
 
 GGX = catalogue["ggx"]
 TRUTH = {"rho_s": 0.3, "rho_d": 0.2, "width": 0.25, "index": 1.5, "extinction": 0.0}

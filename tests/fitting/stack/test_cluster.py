@@ -19,6 +19,7 @@ from gonio.fitting.stack.manifest import Manifest
 from gonio.fitting.stack.run import fit_block, prepare
 from places import ROOT
 
+pytestmark = pytest.mark.xdist_group("cluster")  # one process, which starts the two workers once
 LANES, BLOCK = 30, 3
 
 PROGRAM = ROOT / "tests" / "tools" / "stacks.py"

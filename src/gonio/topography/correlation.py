@@ -111,7 +111,8 @@ def radial(found: Lags) -> tuple[Values, Values]:
 def structure(heights: xr.Dataset, found: Lags | None = None) -> Structure:
     """The structure function of a map, averaged over directions, with its plateau at twice the mean squared height.
 
-    found: the lags of the map, where they are known already. Up to half the shorter side; PCHIP interpolation, which makes no wiggles, of a function that is even in r.
+    Up to half the shorter side; PCHIP interpolation, which makes no wiggles, of a function that is even in r.
+    found: the lags of the map, where they are known already.
     """
     found = lags(heights) if found is None else found
     r, d = radial(found)

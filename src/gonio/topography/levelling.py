@@ -1,6 +1,7 @@
 """The F-operator of ISO 25178-2: the form that is taken off a height map, a plane by default."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,7 +47,9 @@ def level(heights: xr.Dataset, degree: int = 1) -> xr.Dataset:
 def _form(z: Values, terms: list[tuple[int, int]]) -> Values:
     """The polynomial (y, x) by normal equations; Legendre polynomials over -1..1 keep them well conditioned."""
     degree = max(i for i, _ in terms)
-    along = [np.polynomial.legendre.legvander(np.linspace(-1, 1, n), degree) for n in (z.shape[1], z.shape[0])]
+    along: list[Values] = [
+        np.polynomial.legendre.legvander(np.linspace(-1, 1, n), degree) for n in (z.shape[1], z.shape[0])
+    ]
     products, right = np.zeros((len(terms), len(terms))), np.zeros(len(terms))
     for rows in _blocks(z.shape):
         design = _design(along, terms, rows)
@@ -68,7 +71,7 @@ def _blocks(shape: tuple[int, ...]) -> Iterator[slice]:
     return (slice(first, first + step) for first in range(0, shape[0], step))
 
 
-def _design(along: list[Values], terms: list[tuple[int, int]], rows: slice) -> npt.NDArray[np.float64]:
+def _design(along: list[Any], terms: list[tuple[int, int]], rows: slice) -> npt.NDArray[np.float64]:
     """Every polynomial at the points of some rows (terms, points)."""
     x, y = along[0], along[1][rows]
     return np.stack([np.outer(y[:, j], x[:, i]).ravel() for i, j in terms])

@@ -96,7 +96,9 @@ def slopes(heights: xr.Dataset, operator: str = AUTO) -> Slopes:
     weights = OPERATORS[name].weights
     z, (dx, dy) = values(heights), pitch(heights)
     if min(z.shape) < len(weights):
-        raise ValueError(f"the operator {name} takes {len(weights)} points, and the map has {min(z.shape)} along a side")
+        raise ValueError(
+            f"the operator {name} takes {len(weights)} points, and the map has {min(z.shape)} along a side"
+        )
     along = [_difference(z, weights, axis) / step for axis, step in ((1, dx), (0, dy))]
     rows, columns = (n - len(weights) + 1 for n in z.shape)
     # The forward operator's points lie between the pixels: those of x and y half a pixel apart are taken for one.

@@ -39,7 +39,9 @@ READERS = (
     Reader("npy", "array of NumPy", matrix.is_array, matrix.read_array, says_all=False),
     Reader("matrix", "matrix in text", matrix.is_text, matrix.read_text, says_all=False),
 )
-FOREIGN = Reader("foreign", "a file of an instrument, by SurfaceTopography", lambda head: True, lambda path, _: foreign.read(path))
+FOREIGN = Reader(
+    "foreign", "a file of an instrument, by SurfaceTopography", lambda head: True, lambda path, _: foreign.read(path)
+)
 
 
 def reader_of(path: Path) -> Reader:
@@ -97,4 +99,3 @@ def read_heights(path: str | Path, *, pitch: float | tuple[float, float] | None 
         heights = add_history(heights, f"took heights in {unit or 'the unit of the file, or um where it says none'}")
     logging.getLogger(__name__).info("read %s as %s", printable(str(path)), reader.title)
     return heights
-

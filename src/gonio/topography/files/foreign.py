@@ -22,7 +22,9 @@ def read(path: Path) -> Grid:
     try:
         import SurfaceTopography
     except ImportError as error:
-        what = f"is no height map that gonio reads by itself ({OWN}); those of instruments need another package: {EXTRA}"
+        what = (
+            f"is no height map that gonio reads by itself ({OWN}); those of instruments need another package: {EXTRA}"
+        )
         raise FormatError(path, what, "byte 0") from error
     try:
         with warnings.catch_warnings():

@@ -63,7 +63,9 @@ def diffracted(g: Geometry, surface: Structure, wavelength: float) -> Values:
             np.minimum(squared * (surface.variance - half_d[None, :]), 700.0)
         )
         left = np.where(
-            squared * surface.variance > 1, np.exp(-squared * half_d[None, :]) - np.exp(-squared * surface.variance), left
+            squared * surface.variance > 1,
+            np.exp(-squared * half_d[None, :]) - np.exp(-squared * surface.variance),
+            left,
         )
         out[rows] = (left * j0(2 * math.pi / wavelength * shift[rows, None] * r[None, :])) @ weight
     return np.reshape(2 * math.pi / wavelength**2 * out, np.shape(g.x_r))

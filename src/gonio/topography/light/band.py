@@ -92,7 +92,9 @@ def seen_by_light(
     of_map = 1 / min(sides(heights))
     first, most = least or of_map, 1 / wavelength
     if not 0 < first < most:
-        raise ValueError(f"light of {wavelength:g} um sees frequencies below {most:.4g}/um, and {first:.4g}/um is the least")
+        raise ValueError(
+            f"light of {wavelength:g} um sees frequencies below {most:.4g}/um, and {first:.4g}/um is the least"
+        )
     found, surface = known or (spectrum(heights), structure(heights))
     rms = found.rms(first * (1 - 1e-9), most)
     at = []
@@ -107,8 +109,8 @@ def _missed(heights: xr.Dataset, wavelength: float, least: float) -> Iterable[st
     step, shortest = max(pitch(heights)), min(sides(heights))
     if 1 / (2 * step) < 1 / wavelength:
         yield (
-            f"the map resolves frequencies up to {1 / (2 * step):.4g}/um, and light of {1000 * wavelength:.4g} nm sees up "
-            f"to {1 / wavelength:.4g}/um: what is finer is not in these numbers; measure at a pitch below "
+            f"the map resolves frequencies up to {1 / (2 * step):.4g}/um, and light of {1000 * wavelength:.4g} nm "
+            f"sees up to {1 / wavelength:.4g}/um: what is finer is not in these numbers; measure at a pitch below "
             f"{wavelength / 2:.3g} um"
         )
     if least and shortest < FIELDS / least:

@@ -1,7 +1,7 @@
 """The BRDF that a height map predicts, as a scan with the spread over sub-areas as its uncertainty."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,15 +10,15 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.geometry import Geometry
-from gonio.measured.dataset import make_scan
+from gonio.measured.dataset import DIRECTIONS, make_scan, points
 from gonio.optics.fresnel import unpolarised
 from gonio.optics.masking import beckmann_lambda, smith
-from gonio.topography.band import phase_variance
 from gonio.topography.correlation import correlation_lengths, lags, structure
-from gonio.topography.diffraction import HARVEY, KIRCHHOFF, ROUGH, diffracted, diffracted_along, obliquity
-from gonio.topography.facets import facets_brdf
 from gonio.topography.heights import Values, name_of
 from gonio.topography.levelling import level
+from gonio.topography.light.band import phase_variance
+from gonio.topography.light.diffraction import HARVEY, KIRCHHOFF, ROUGH, diffracted, diffracted_along, obliquity
+from gonio.topography.light.facets import facets_brdf
 from gonio.topography.slopes import AUTO, slopes
 from gonio.topography.subareas import spread
 
@@ -124,16 +124,57 @@ def predict(
     incidence, reflection = (part.astype(float).ravel() for part in mesh)
     if not ((incidence >= 0) & (incidence < 90) & (np.abs(reflection) < 90)).all():
         raise ValueError("a prediction has incidence angles from 0 to below 90 deg, and theta_r between -90 and 90 deg")
-    g = Geometry.in_plane(incidence, reflection)
-    compute = _by(by, light, factor, operator)
+    forward = np.where(reflection >= 0, 180.0, 0.0)
+    return _predicted(heights, (incidence, np.abs(reflection), forward), light, _by(by, light, factor, operator))
+
+
+def predict_like(
+    heights: xr.Dataset, scan: xr.Dataset, light: Light, *, by: str = WAVES, factor: str = AUTOMATIC
+) -> xr.Dataset:
+    """Predict the BRDF at the directions of another scan.
+
+    Parameters
+    ----------
+    heights : xarray.Dataset
+        The levelled map; its x axis is that of the sample, from which phi_i is counted.
+    scan : xarray.Dataset
+        The scan; of several wavelengths or channels, each value is predicted for the one light.
+    light : Light
+        Wavelength, index and the detector's cone.
+    by, factor : str
+        As `predict` has them.
+
+    Returns
+    -------
+    xarray.Dataset
+        A scan as `predict` gives it.
+
+    Raises
+    ------
+    ValueError
+        A name is not known.
+
+    """
+    flat = points(scan)
+    columns = tuple(flat[name].values.astype(float) for name in DIRECTIONS if name in flat.coords)
+    return _predicted(heights, columns, light, _by(by, light, factor, AUTO))
+
+
+def _predicted(
+    heights: xr.Dataset, angles: tuple[Values, ...], light: Light, compute: Callable[[xr.Dataset, Geometry], _Values]
+) -> xr.Dataset:
+    """The scan at directions theta_i, theta_r, phi and, where the sample was turned, phi_i [deg]."""
+    g = Geometry.from_degrees(*angles)
     whole = compute(heights, g)
     deviation = spread(heights, lambda part: compute(level(part), g).brdf)
     scan = make_scan(
-        incidence,
-        reflection,
+        angles[0],
+        angles[1],
         whole.brdf,
+        angles[2],
+        phi_i=angles[3] if len(angles) > 3 else None,
         uncertainty=deviation,
-        coordinates={"wavelength": np.full(incidence.shape, light.wavelength)},
+        coordinates={"wavelength": np.full(angles[0].shape, light.wavelength)},
         provenance=f"predicted from {name_of(heights)}, nothing in it was measured by a goniometer",
         history=_history(heights, light, whole.how, deviation is not None),
     )
@@ -193,7 +234,9 @@ def _words(named: dict[float, str]) -> str:
     names = sorted(set(named.values()))
     if len(names) == 1:
         return f"{names[0]} obliquity"
-    return ", ".join(f"{n} obliquity at theta_i {', '.join(f'{a:g}' for a, m in named.items() if m == n)}" for n in names)
+    return ", ".join(
+        f"{n} obliquity at theta_i {', '.join(f'{a:g}' for a, m in named.items() if m == n)}" for n in names
+    )
 
 
 def _coherent(g: Geometry, rms: float, light: Light) -> Values:
@@ -208,8 +251,3 @@ def _coherent(g: Geometry, rms: float, light: Light) -> Values:
 def _slopes(heights: xr.Dataset, g: Geometry, light: Light, operator: str) -> _Values:
     found = slopes(heights, operator)
     return _Values(light.reflectance(g) * facets_brdf(g, found), f"slopes as facets, {found.operator} operator")
-
-
-def angles(first: float, last: float, step: float) -> Sequence[float]:
-    """Angles from first to last [deg], both included."""
-    return [float(a) for a in np.arange(first, last + step / 2, step)]

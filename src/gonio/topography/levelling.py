@@ -47,9 +47,8 @@ def level(heights: xr.Dataset, degree: int = 1) -> xr.Dataset:
 def _form(z: Values, terms: list[tuple[int, int]]) -> Values:
     """The polynomial (y, x) by normal equations; Legendre polynomials over -1..1 keep them well conditioned."""
     degree = max(i for i, _ in terms)
-    along: list[Values] = [
-        np.polynomial.legendre.legvander(np.linspace(-1, 1, n), degree) for n in (z.shape[1], z.shape[0])
-    ]
+    ends = (np.linspace(-1, 1, n) for n in (z.shape[1], z.shape[0]))
+    along: list[Any] = [np.polynomial.legendre.legvander(at, degree) for at in ends]
     products, right = np.zeros((len(terms), len(terms))), np.zeros(len(terms))
     for rows in _blocks(z.shape):
         design = _design(along, terms, rows)

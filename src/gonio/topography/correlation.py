@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.integrate import simpson
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 from scipy.optimize import brentq
+from scipy.special import j0
 
 from gonio.topography.heights import Values, pitch, values
 
@@ -38,7 +40,7 @@ class Structure:
     """The structure function of a surface over distance, as the prediction of scatter takes it.
 
     of: D [um^2] at distances [um] >= 0, up to `reach` [um], beyond which it is twice the variance [um^2].
-    scale: a distance [um] over which D changes little, which sets the steps of integrals. taper: whether what differs
+    scale: a distance [um] over which D changes little, which sets the steps of integrals. tapered: whether what differs
     from the plateau is brought to zero over the outer half of the reach, as an estimate from one map needs it.
     """
 
@@ -46,7 +48,7 @@ class Structure:
     variance: float
     reach: float
     scale: float
-    taper: bool = False
+    tapered: bool = False
 
     @property
     def rms(self) -> float:
@@ -108,8 +110,13 @@ def radial(found: Lags) -> tuple[Values, Values]:
     return np.bincount(which, n * r) / weight, np.bincount(which, n * d) / weight
 
 
+def taper(part: Values) -> Values:
+    """1 up to half of the reach, then the square of a cosine to 0; `part` is the distance over the reach."""
+    return np.where(part < 0.5, 1.0, np.cos(np.pi * (np.clip(part, 0.5, 1.0) - 0.5)) ** 2)
+
+
 def structure(heights: xr.Dataset, found: Lags | None = None) -> Structure:
-    """The structure function of a map, averaged over directions, with its plateau at twice the mean squared height.
+    """The structure function of a map, averaged over directions, with the variance to which it settles.
 
     Up to half the shorter side; PCHIP interpolation, which makes no wiggles, of a function that is even in r.
     found: the lags of the map, where they are known already.
@@ -117,7 +124,25 @@ def structure(heights: xr.Dataset, found: Lags | None = None) -> Structure:
     found = lags(heights) if found is None else found
     r, d = radial(found)
     curve = PchipInterpolator(np.concatenate([-r[:0:-1], r]), np.concatenate([d[:0:-1], d]))
-    return Structure(lambda at: np.asarray(curve(at)), found.variance, float(r[-1]), min(pitch(heights)), taper=True)
+    reach, step = float(r[-1]), min(pitch(heights))
+    settled = _settled(curve, reach, step)
+    # Of a map of a few points, or one that never settles, the mean squared height is what there is.
+    variance = settled if 0.5 * found.variance < settled < 2 * found.variance else found.variance
+    return Structure(lambda at: np.asarray(curve(at)), variance, reach, step, tapered=True)
+
+
+def _settled(curve: PchipInterpolator, reach: float, step: float) -> float:
+    """The variance v for which the tapered spectrum, Int (v - D/2) J0(2 pi f r) r dr, is the same at f = 0 and 1/reach.
+
+    A levelled map says nothing of the frequency zero: its heights have no mean, and D varies about its plateau over
+    large areas. A wrong plateau would put a spike into the mirror direction, where that light is no scatter. The
+    plateau has no part in the spectrum from 1/reach on, so that nothing else depends on it.
+    """
+    r = np.linspace(0, reach, max(int(4 * reach / step), 64) | 1)
+    weight = taper(r / reach) * r
+    lowest = j0(2 * math.pi * r / reach)
+    whole, part = simpson((1 - lowest) * weight * curve(r) / 2, x=r), simpson((1 - lowest) * weight, x=r)
+    return float(whole / part)
 
 
 class CorrelationLengths(NamedTuple):

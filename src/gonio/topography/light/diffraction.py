@@ -16,7 +16,7 @@ from scipy.special import j0
 from gonio.geometry import Geometry
 from gonio.optics.kirchhoff import kirchhoff_obliquity, shift_squared
 from gonio.optics.quadrature import gauss_legendre
-from gonio.topography.correlation import Lags, Structure
+from gonio.topography.correlation import Lags, Structure, taper
 from gonio.topography.heights import Values
 
 HARVEY, KIRCHHOFF = "harvey-shack", "kirchhoff"
@@ -51,8 +51,8 @@ def diffracted(g: Geometry, surface: Structure, wavelength: float) -> Values:
     width = reach / panels
     r = ((np.arange(panels)[:, None] + (points[None, :] + 1) / 2) * width).ravel()
     weight = np.tile(weights * width / 2, panels) * r
-    if surface.taper:
-        weight = weight * _taper(r / reach)
+    if surface.tapered:
+        weight = weight * taper(r / reach)
     half_d = surface.of(r) / 2
     out = np.empty(k_z.shape)
     for first in range(0, k_z.size, step := max(AT_ONCE // r.size, 1)):
@@ -71,26 +71,22 @@ def diffracted(g: Geometry, surface: Structure, wavelength: float) -> Values:
     return np.reshape(2 * math.pi / wavelength**2 * out, np.shape(g.x_r))
 
 
-def _taper(part: Values) -> Values:
-    """1 up to half of the reach, then half a cosine to 0; `part` is the distance over the reach."""
-    return np.where(part < 0.5, 1.0, np.cos(np.pi * (np.clip(part, 0.5, 1.0) - 0.5)) ** 2)
-
-
-def diffracted_along(g: Geometry, found: Lags, wavelength: float) -> Values:
+def diffracted_along(g: Geometry, found: Lags, variance: float, wavelength: float) -> Values:
     """The same of a surface with a direction: the Fourier transform over lags (y, x) in place of the Hankel transform.
 
-    The plane of incidence is the map's x axis, unless the geometry turns it (phi_i). Frequencies beyond the map's
+    The plane of incidence is the map's x axis, unless the geometry turns it (phi_i). variance: to which the structure
+    function settles [um^2], as that averaged over directions does. Frequencies beyond the map's
     Nyquist frequency are not in it.
     """
     part = np.hypot(*np.meshgrid(found.x / found.x[-1], found.y / found.y[-1]))
     cell = float(np.diff(found.x[:2])[0] * np.diff(found.y[:2])[0])
-    weight = _taper(np.minimum(part, 1.0)) * (part < 1) * cell
-    half_d = np.where(np.isfinite(found.squared), found.squared / 2, found.variance)
+    weight = taper(np.minimum(part, 1.0)) * (part < 1) * cell
+    half_d = np.where(np.isfinite(found.squared), found.squared / 2, variance)
     k_z = np.ravel(2 * math.pi / wavelength * (g.cos_i + g.cos_r) * np.ones(np.shape(g.x_r)))
     along, across = (np.ravel((i + r) * np.ones(np.shape(g.x_r))) for i, r in ((g.x_i, g.x_r), (g.y_i, g.y_r)))
     out = np.empty(k_z.shape)
     for k, (kz, fx, fy) in enumerate(zip(k_z, along / wavelength, across / wavelength, strict=True)):
-        left = (np.exp(-(kz**2) * half_d) - math.exp(-(kz**2) * found.variance)) * weight
+        left = (np.exp(-(kz**2) * half_d) - math.exp(-(kz**2) * variance)) * weight
         x, y = np.exp(2j * math.pi * fx * found.x), np.exp(2j * math.pi * fy * found.y)
         out[k] = float(np.real(y @ left @ x))
     return np.reshape(out / wavelength**2, np.shape(g.x_r))

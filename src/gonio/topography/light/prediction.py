@@ -203,7 +203,10 @@ def _waves(heights: xr.Dataset, g: Geometry, light: Light, factor: str) -> _Valu
     shape = correlation_lengths(heights, found)
     has_direction = shape.Str < ANISOTROPIC
     surface = structure(heights, found)
-    kernel = diffracted_along(g, found, wavelength) if has_direction else diffracted(g, surface, wavelength)
+    if has_direction:
+        kernel = diffracted_along(g, found, surface.variance, wavelength)
+    else:
+        kernel = diffracted(g, surface, wavelength)
     angles = np.round(np.asarray(g.theta_i_deg), 9)
     named = {
         a: factor if factor != AUTOMATIC else _automatic(surface.rms, a, wavelength) for a in np.unique(angles).tolist()

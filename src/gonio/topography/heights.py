@@ -94,7 +94,10 @@ def _refuse_impossible(z: Values, missing: npt.NDArray[np.bool_], dx: float, dy:
             f"{100 * share:.1f} % of the points are missing, more than {100 * MOST_MISSING:.0f} %: measure again, or "
             "cut out a part that was measured"
         )
-    extent = float(np.ptp(z[~missing]))
+    used = z[~missing]
+    if not np.abs(used).max() <= MOST:
+        raise ValueError(f"heights reach {np.abs(used).max():.6g} um, more than 1 m: check the unit of the heights")
+    extent = float(np.ptp(used))
     longest = max(dx * z.shape[1], dy * z.shape[0])
     if not extent <= STEEPEST * longest:
         what = f"heights span {extent:.6g} um on a side of {longest:.6g} um"

@@ -49,7 +49,7 @@ class Stated:
         if not dx:
             what = "does not say how far its points are apart: give the pitch in um (pitch=0.5, --pitch 0.5)"
             raise FormatError(path, what, place)
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             return Grid(z * UNITS[self.unit or own.unit or "um"], dx, dy, place, provenance)
 
 
@@ -63,7 +63,9 @@ def read_array(path: Path, stated: Stated) -> Grid:
     stored = npy.read(path)
     if stored.ndim != 2:
         raise FormatError(path, f"holds an array of {stored.ndim} dimensions, and a map has two", "byte 8")
-    return stated.grid(np.array(stored, dtype=float), path, "byte 8", "", Stated())
+    with np.errstate(invalid="ignore"):  # of damaged bytes, which may be signalling NaN
+        z = np.array(stored, dtype=float)
+    return stated.grid(z, path, "byte 8", "", Stated())
 
 
 def is_text(head: bytes) -> bool:

@@ -76,7 +76,8 @@ def x3p(path: Path, dtype: str = "<f8", missing: tuple[int, int] | None = None, 
         valid[missing] = 0
         bits = np.packbits(valid.ravel(), bitorder="little").tobytes()
     links = "<PointDataLink>bindata/data.bin</PointDataLink>"
-    links += f"<MD5ChecksumPointData>{hashlib.md5(stored.tobytes(), usedforsecurity=False).hexdigest()}</MD5ChecksumPointData>"
+    check = hashlib.md5(stored.tobytes(), usedforsecurity=False).hexdigest()
+    links += f"<MD5ChecksumPointData>{check}</MD5ChecksumPointData>"
     links += "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>" * bool(bits)
     xml = f"""<?xml version="1.0" encoding="UTF-8"?>
 <p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2">

@@ -118,20 +118,35 @@ def taper(part: Values) -> Values:
 def structure(heights: xr.Dataset, found: Lags | None = None) -> Structure:
     """The structure function of a map, averaged over directions, with the variance to which it settles.
 
-    Up to half the shorter side; PCHIP interpolation, which makes no wiggles, of a function that is even in r.
-    found: the lags of the map, where they are known already.
+    Up to half the shorter side. found: the lags of the map, where they are known already.
     """
     found = lags(heights) if found is None else found
     r, d = radial(found)
-    curve = PchipInterpolator(np.concatenate([-r[:0:-1], r]), np.concatenate([d[:0:-1], d]))
+    curve = _between(r, d)
     reach, step = float(r[-1]), min(pitch(heights))
     settled = _settled(curve, reach, step)
     # Of a map of a few points, or one that never settles, the mean squared height is what there is.
     variance = settled if 0.5 * found.variance < settled < 2 * found.variance else found.variance
-    return Structure(lambda at: np.asarray(curve(at)), variance, reach, step, tapered=True)
+    return Structure(curve, variance, reach, step, tapered=True)
 
 
-def _settled(curve: PchipInterpolator, reach: float, step: float) -> float:
+def _between(r: Values, d: Values) -> Callable[[Values], Values]:
+    """The structure function between its lags: D/r^2, which is smooth towards r = 0, by PCHIP without wiggles.
+
+    At 0 it is that of an even function through the first two lags: within a pixel a surface is taken to be smooth, as
+    light that sees smaller distances needs it, and as a map cannot contradict.
+    """
+    slopes = d[1:] / r[1:] ** 2
+    first, second = r[1] ** 2, r[min(2, len(r) - 1)] ** 2
+    bend = (slopes[0] - slopes[1]) * first / (second - first) if second > first else 0.0
+    at_zero = max(slopes[0] + bend, 0.0)
+    curve = PchipInterpolator(
+        np.concatenate([-r[:0:-1], r]), np.concatenate([slopes[::-1], [at_zero], slopes]), extrapolate=False
+    )
+    return lambda at: np.asarray(at**2 * np.nan_to_num(curve(np.minimum(at, r[-1]))))
+
+
+def _settled(curve: Callable[[Values], Values], reach: float, step: float) -> float:
     """The variance v for which the tapered spectrum, Int (v - D/2) J0(2 pi f r) r dr, is the same at f = 0 and 1/reach.
 
     A levelled map says nothing of the frequency zero: its heights have no mean, and D varies about its plateau over

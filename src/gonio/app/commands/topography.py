@@ -30,7 +30,7 @@ EXAMPLES = (
         "Without noise and waviness, and what green light sees of it",
     ),
     Example(
-        "gonio topography map.sdf --predict scan.csv --material aluminium",
+        "gonio topography map.sdf --predict lobe.csv --material aluminium",
         "The BRDF that the map predicts by wave optics, as a scan",
     ),
     Example(

@@ -92,9 +92,8 @@ def seen_by_light(
     of_map = 1 / min(sides(heights))
     first, most = least or of_map, 1 / wavelength
     if not 0 < first < most:
-        raise ValueError(
-            f"light of {wavelength:g} um sees frequencies below {most:.4g}/um, and {first:.4g}/um is the least"
-        )
+        what = f"light of {wavelength:g} um sees frequencies below {most:.4g}/um"
+        raise ValueError(f"{what}, and {first:.4g}/um is the least of this map or spot: there is nothing between")
     found, surface = known or (spectrum(heights), structure(heights))
     rms = found.rms(first * (1 - 1e-9), most)
     at = []

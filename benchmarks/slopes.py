@@ -58,7 +58,11 @@ def row(rms: float, length: float, like: str) -> dict[str, Any]:
 
 def main() -> int:
     record = {"machine": machine(), "date": date.today().isoformat(), "theta_i": THETA_I}
-    record |= {"theta_r": [float(THETA_R[0]), float(THETA_R[-1]), 1.0], "wavelength_nm": 1000 * WAVELENGTH, "index": INDEX}
+    record |= {
+        "theta_r": [float(THETA_R[0]), float(THETA_R[-1]), 1.0],
+        "wavelength_nm": 1000 * WAVELENGTH,
+        "index": INDEX,
+    }
     record["rows"] = [row(*surface) for surface in SURFACES]
     RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     for one in record["rows"]:

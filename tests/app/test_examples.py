@@ -5,11 +5,11 @@ import shlex
 import shutil
 from pathlib import Path
 
-import height_files
 import numpy as np
 import pytest
 import typer
 
+import height_files
 from gonio import Problem, catalogue, convert, fit, join, simulate, write
 from gonio.acquisition import Conditions, Layout, grid, planned, read_bench
 from gonio.acquisition.simulated import Mirror

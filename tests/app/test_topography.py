@@ -2,10 +2,10 @@
 
 import json
 
-import height_files as made
 import numpy as np
 import pytest
 
+import height_files as made
 from gonio import Problem, catalogue, read, simulate
 from gonio.fitting import fit
 from gonio.topography import simulate_heights
@@ -30,7 +30,15 @@ def test_numbers_as_json_and_for_people(run, map_file):
     assert [one["theta_i"] for one in record["light"]["at"]] == [0, 40]
     assert any("resolves frequencies" in warning for warning in record["light"]["warnings"])
     code, out, _ = run("topography", map_file)
-    for words in ("96 x 96 points of 0.5 x 0.4 um", "no point is missing", "Sdq", "seven-point", "Sal", "s_eff", "note:"):
+    for words in (
+        "96 x 96 points of 0.5 x 0.4 um",
+        "no point is missing",
+        "Sdq",
+        "seven-point",
+        "Sal",
+        "s_eff",
+        "note:",
+    ):
         assert words in out, words
     assert all(len(line) <= 80 for line in out.splitlines())
 
@@ -84,7 +92,15 @@ def test_the_predicted_scan_and_the_comparison_with_a_fit(run, map_file, tmp_pat
     model = catalogue["generalised-harvey-shack"]
     scan = simulate(model, ROUGH, [20.0, 40.0], np.arange(-60, 61, 5.0), wavelength=632.8)
     fit(Problem(catalogue["torrance-sparrow"], scan, weighting="uniform")).save(tmp_path / "fit.nc")
-    options = ("--predict", tmp_path / "lobe.csv", "--theta-i", "20", "--theta-r=-40:60:5", "--compare", tmp_path / "fit.nc")
+    options = (
+        "--predict",
+        tmp_path / "lobe.csv",
+        "--theta-i",
+        "20",
+        "--theta-r=-40:60:5",
+        "--compare",
+        tmp_path / "fit.nc",
+    )
     code, out, err = run("topography", map_file, *options)
     assert (code, err) == (0, "")
     assert "verdict: the fit has a slope of" in out

@@ -80,6 +80,20 @@ class _Values(NamedTuple):
     how: str
 
 
+class _Theory(NamedTuple):
+    """The obliquity by name, the rms height [um] by which `auto` chooses, and whether the surface has a direction."""
+
+    factor: str
+    rms: float
+    has_direction: bool
+
+    def obliquity(self, theta_i: float, wavelength: float) -> str:
+        """The obliquity at an incidence angle [deg]."""
+        if self.factor != AUTOMATIC:
+            return self.factor
+        return KIRCHHOFF if phase_variance(self.rms, theta_i, wavelength) > ROUGH else HARVEY
+
+
 def predict(
     heights: xr.Dataset,
     theta_i: npt.ArrayLike,
@@ -125,7 +139,9 @@ def predict(
     if not ((incidence >= 0) & (incidence < 90) & (np.abs(reflection) < 90)).all():
         raise ValueError("a prediction has incidence angles from 0 to below 90 deg, and theta_r between -90 and 90 deg")
     forward = np.where(reflection >= 0, 180.0, 0.0)
-    return _predicted(heights, (incidence, np.abs(reflection), forward), light, _by(by, light, factor, operator))
+    return _predicted(
+        heights, (incidence, np.abs(reflection), forward), light, _by(heights, by, light, factor, operator)
+    )
 
 
 def predict_like(
@@ -157,7 +173,7 @@ def predict_like(
     """
     flat = points(scan)
     columns = tuple(flat[name].values.astype(float) for name in DIRECTIONS if name in flat.coords)
-    return _predicted(heights, columns, light, _by(by, light, factor, AUTO))
+    return _predicted(heights, columns, light, _by(heights, by, light, factor, AUTO))
 
 
 def _predicted(
@@ -181,11 +197,17 @@ def _predicted(
     return scan.assign_attrs(simulated=f"simulated from the heights of {name_of(heights)}")
 
 
-def _by(by: str, light: Light, factor: str, operator: str) -> Callable[[xr.Dataset, Geometry], _Values]:
+def _by(
+    heights: xr.Dataset, by: str, light: Light, factor: str, operator: str
+) -> Callable[[xr.Dataset, Geometry], _Values]:
+    """How a map and its quarters are predicted; whether it has a direction, and how rough it is, the whole decides."""
     if factor not in OBLIQUITIES:
         raise ValueError(f"{factor!r} is no obliquity: choose {', '.join(OBLIQUITIES)}")
     if by == WAVES:
-        return lambda part, g: _waves(part, g, light, factor)
+        found = lags(heights)
+        has_direction = correlation_lengths(heights, found).Str < ANISOTROPIC
+        rms = structure(heights, found).rms if factor == AUTOMATIC else math.nan
+        return lambda part, g: _waves(part, g, light, _Theory(factor, rms, has_direction))
     if by == FACETS:
         return lambda part, g: _slopes(part, g, light, operator)
     raise ValueError(f"a prediction is by {WAVES} or by {FACETS}, not by {by!r}")
@@ -198,25 +220,23 @@ def _history(heights: xr.Dataset, light: Light, how: str, has_spread: bool) -> s
     return "\n".join([*str(heights.attrs.get("history", "")).splitlines(), said, f"uncertainty: {uncertain}"])
 
 
-def _waves(heights: xr.Dataset, g: Geometry, light: Light, factor: str) -> _Values:
+def _waves(heights: xr.Dataset, g: Geometry, light: Light, theory: _Theory) -> _Values:
     found, wavelength = lags(heights), light.micrometres
-    shape = correlation_lengths(heights, found)
-    has_direction = shape.Str < ANISOTROPIC
     surface = structure(heights, found)
-    if has_direction:
+    if theory.has_direction:
         kernel = diffracted_along(g, found, surface.variance, wavelength)
     else:
         kernel = diffracted(g, surface, wavelength)
     angles = np.round(np.asarray(g.theta_i_deg), 9)
-    named = {
-        a: factor if factor != AUTOMATIC else _automatic(surface.rms, a, wavelength) for a in np.unique(angles).tolist()
-    }
+    named = {a: theory.obliquity(a, wavelength) for a in np.unique(angles).tolist()}
     x = np.ones(angles.shape)
     for name in set(named.values()):
         at = np.isin(angles, [a for a, n in named.items() if n == name])
         x = np.where(at, obliquity(g, name), x)
     values = light.reflectance(g) * x * kernel
-    how = f"wave optics, {'two-dimensional' if has_direction else 'isotropic'} structure function, {_words(named)}"
+    how = (
+        f"wave optics, {'two-dimensional' if theory.has_direction else 'isotropic'} structure function, {_words(named)}"
+    )
     steep = (g.theta_i_deg > GRAZING) | (g.theta_r_deg > GRAZING)
     if steep.any():
         m = slopes(heights).rms
@@ -226,10 +246,6 @@ def _waves(heights: xr.Dataset, g: Geometry, light: Light, factor: str) -> _Valu
         values = values + _coherent(g, surface.rms, light)
         how += f", with the mirror's light in a cone of {light.half_angle:g} deg"
     return _Values(values, how)
-
-
-def _automatic(rms: float, theta_i: float, wavelength: float) -> str:
-    return KIRCHHOFF if phase_variance(rms, theta_i, wavelength) > ROUGH else HARVEY
 
 
 def _words(named: dict[float, str]) -> str:

@@ -81,7 +81,7 @@ lock: ## pins every dependency anew (needs uv)
 	printf 'anywidget\njupyterlab\nplaywright\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/jupyter.lock
 
 BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck designs figures fuzz interrupt \
-	intervals lowest mutation mutation-printers newest nist planted renders spectral validated
+	intervals lowest mutation mutation-printers newest nist planted renders slopes spectral validated
 ifndef INSIDE
 .PHONY: $(BY_HAND)
 $(BY_HAND):

@@ -25,6 +25,7 @@ _HOMES = {
     "plot": "gonio.results.figures",
     "published": "gonio.models.publications",
     "read": "gonio.formats",
+    "read_heights": "gonio.topography.files",
     "read_table": "gonio.tables.read",
     "report": "gonio.reporting.entry",
     "resample": "gonio.resampling.resample",
@@ -70,6 +71,7 @@ __all__ = [
     "plot",
     "published",
     "read",
+    "read_heights",
     "read_table",
     "report",
     "resample",
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
     from gonio.results.figures import plot
     from gonio.samples import sample
     from gonio.tables import from_pandas, read_table, scan
+    from gonio.topography.files import read_heights
     from gonio.viewing.notebook import view
 
 

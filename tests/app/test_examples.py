@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 import typer
 
+import height_files
 from gonio import Problem, catalogue, convert, fit, join, simulate, write
 from gonio.acquisition import Conditions, Layout, grid, planned, read_bench
 from gonio.acquisition.simulated import Mirror
 from gonio.app.program import COMMANDS, EXAMPLES, app
 from gonio.resampling.resample import Filling
 from gonio.resampling.sources import SYMMETRIES
+from gonio.topography import simulate_heights
 from simulated_benches import bench_of, measure
 from stacks import one_after_another, only_here, write_stack
 
@@ -76,6 +78,10 @@ def files(tmp_path_factory):
     (folder / "results").mkdir()
     smooth.save(folder / "results" / "solution.nc")
     (folder / "coating.yml").write_text(CONSTANTS)
+    fit(Problem(catalogue["torrance-sparrow"], scan)).save(folder / "fit.nc")
+    z = simulate_heights(0.3, 3.0, points=(100, 100), pitch=0.5)["z"].values
+    height_files.npy(folder / "map.npy", z)
+    height_files.sdf_text(folder / "map.sdf", z)
     (folder / "about.yml").write_text("sample: {name: panel 7, manufacturer: A. Painter}")
     rows = [f"{i},{r},{0.1 + i / 1000}" for i in (10, 30) for r in (-20, 0, 20, 40)]
     (folder / "table.csv").write_text("\n".join(["AOI [deg],AOS [deg],BRDF [1/sr]", *rows]))

@@ -38,6 +38,7 @@ READING = {
     "eval": ("eval", "ggx", "--material", "{}", "--wavelength", "500", "--at", "10,10"),
     "draw": ("draw", "ggx", "--material", "{}", "--wavelength", "500", "--out", "{folder}/x.png"),
 }
+FILES = ("a measured scan", "measured scans", "the file that is compared", "a height map")  # as helps call them
 every_reader = pytest.mark.parametrize("command", READING.values(), ids=READING)
 
 
@@ -142,7 +143,7 @@ def test_help_says_what_no_input_is(run):
     for command in COMMANDS:
         _, out, _ = run(command, "--help")
         words = " ".join(out.split())
-        takes_files = any(said in words for said in ("a measured scan", "measured scans", "the file that is compared"))
+        takes_files = any(said in words for said in FILES)
         assert ("not pipes or -" in words) == (takes_files or command in ("check", "report")), command
 
 

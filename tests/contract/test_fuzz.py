@@ -4,7 +4,7 @@ import pytest
 
 from fuzzing import quick, report
 from gonio.formats import formats
-from outcomes import EVERY_DOOR, TABLE
+from outcomes import EVERY_DOOR, HEIGHTS, TABLE
 from workers import Process, Tally
 
 
@@ -15,7 +15,7 @@ def worker():
     process.close()
 
 
-@pytest.mark.parametrize("name", [*formats(), *EVERY_DOOR, TABLE])
+@pytest.mark.parametrize("name", [*formats(), *EVERY_DOOR, TABLE, *HEIGHTS])
 def test_damaged_and_hostile_files_are_read_or_refused_with_a_place(worker, name):
     total = Tally()
     for tally in worker.run(name, 0, 0, quick(name)):

@@ -3,8 +3,8 @@
 A file is recognised and read as `gonio.read` does, in a process of its own. Good outcomes are a Dataset that is valid,
 and a FormatError of one line that names the file and a place in it. Anything else is a failure: another exception, a
 warning, a Dataset with an angle out of range, more than 2 s of processor time or 200 MB of memory. Fits, stacks and
-scans go through every door (`doors`). Each input follows from seed and number alone, so that a failure can be made
-again: `--only NUMBER`. docs/pages/fuzzing.py makes a page of the results.
+scans go through every door (`doors`), height maps through `gonio.read_heights`. Each input follows from seed and number
+alone, so that a failure can be made again: `--only NUMBER`. docs/pages/fuzzing.py makes a page of the results.
 """
 
 import argparse
@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # as pytest does
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from gonio import formats as registry
-from outcomes import EVERY_DOOR, TABLE, attempt
+from outcomes import EVERY_DOOR, HEIGHTS, TABLE, attempt
 from places import ROOT
 from seeds import EASY, damaged, put, seeds
 from workers import Process, Tally, Worker
@@ -128,8 +128,9 @@ def main() -> int:
     if chosen.worker:
         Worker(chosen.worker).serve()
         return 0
-    names = [*registry.formats(), *EVERY_DOOR, TABLE] if chosen.formats == "all" else chosen.formats.split(",")
-    names = [name if name in (*EVERY_DOOR, TABLE) else registry.formats()[name].name for name in names]
+    others = (*EVERY_DOOR, TABLE, *HEIGHTS)
+    names = [*registry.formats(), *others] if chosen.formats == "all" else chosen.formats.split(",")
+    names = [name if name in others else registry.formats()[name].name for name in names]
     if chosen.only is not None:
         path = saved(names[0], chosen.seed, chosen.only)
         print(path, *attempt(path, names[0]))

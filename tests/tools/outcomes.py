@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+import height_files
 from doors import through_doors
 from gonio import formats as registry
 from gonio.files import FormatError
 from gonio.measured.coordinates import SYSTEMS
 from gonio.measured.dataset import ABSOLUTE, DIRECTIONS, HORIZON, RELATIVE
 from gonio.tables import read_table
+from gonio.topography.files import FOREIGN, read_heights, reader_of
 
 LONGEST = 2.0  # s of processor time for one file
 LONGEST_MESSAGE = 1000  # characters beside the path
@@ -21,6 +23,7 @@ ALLOWED = ("is empty", "no such file", "is a directory", "is not a regular file"
 # Files that go through every door, and what a door says to a file that is of another kind than its own.
 EVERY_DOOR = ("fit", "stack", "scan")
 TABLE = "table"  # files of `gonio import`
+HEIGHTS = tuple(height_files.KINDS)  # height maps, of `gonio topography`
 OF_ANOTHER_KIND = (
     "is no solution of a fit",
     "is no Zarr store",
@@ -83,6 +86,20 @@ def _wrong_with_rest(scan: Any) -> str:
     return ""
 
 
+def wrong_with_heights(heights: Any) -> str:
+    """What is wrong with a height map that a reader returned; empty where nothing is."""
+    z, used = heights["z"].values, heights["mask"].values == 0
+    if z.ndim != 2 or z.dtype.kind != "f" or not np.isfinite(z[used]).all() or np.isfinite(z[~used]).any():
+        return "z is no matrix of numbers, or its mask is not that of what is missing"
+    for name in ("x", "y"):
+        steps = np.diff(heights[name].values)
+        if not (np.isfinite(steps) & (steps > 0)).all() or heights[name].attrs.get("units") != "um":
+            return f"{name} does not grow, or has no unit"
+    if used.mean() < 0.8 or np.ptp(z[used]) == 0 or np.abs(z[used]).max() > 1e12:
+        return "too much is missing, or the heights cannot be"
+    return ""
+
+
 def wrong_with_error(error: FormatError, path: Path) -> str:
     """What is wrong with a refusal; empty where it names the file and a place in one line that can be printed."""
     text = str(error)
@@ -120,6 +137,12 @@ def attempt(path: Path, name: str, begin: Callable[[], None] = lambda: None) -> 
             reached = True
             wrong = wrong_with_dataset(read_table(path))
             return ("failed", f"Dataset of a table: {wrong}", reached) if wrong else ("read", "", reached)
+        if name in HEIGHTS:
+            reader = reader_of(path)
+            reached = name.endswith(reader.name)
+            says_all = reader.says_all or reader is FOREIGN
+            wrong = wrong_with_heights(read_heights(path) if says_all else read_heights(path, pitch=0.5))
+            return ("failed", f"Dataset of heights: {wrong}", reached) if wrong else ("read", "", reached)
         found = registry.recognise(path)
         reached = found.name == name
         scan = found.read(path)  # the rest of gonio.read, which asks every format once more

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+import height_files
 import samples
 import stored_files
 import tables
@@ -20,7 +21,7 @@ from mutations import choice, mutated
 from places import SHARED
 
 SCAN = "scan"
-STORED = {"fit": stored_files.fits, "stack": stored_files.stack_stores, "table": tables.files}
+STORED = {"fit": stored_files.fits, "stack": stored_files.stack_stores, "table": tables.files, **height_files.KINDS}
 EASY = 2_000  # bytes; a file that is larger is drawn less often, and gets fewer inputs in a quick run
 
 
@@ -70,7 +71,8 @@ def _real_files() -> list[tuple[str, Path]]:
 def seeds(name: str) -> list[Seed]:
     """The valid files of a format: its samples, and the real ones beside the project.
 
-    Of `fit` and `stack` those of `stored_files`, of `table` those of `tables`; of `scan` the smallest of every format.
+    Of `fit` and `stack` those of `stored_files`, of `table` those of `tables`, of height maps those of
+    `height_files`; of `scan` the smallest of every format.
     """
     if name in STORED:
         with tempfile.TemporaryDirectory() as folder:

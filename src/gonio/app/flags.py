@@ -28,7 +28,7 @@ class _Flag(NamedTuple):
     value: Callable[[Any], Any]
 
 
-OUTPUTS = ("out", "json")  # the flags and arguments of all commands that name what is written
+OUTPUTS = ("out", "json", "predict")  # the flags and arguments of all commands that name what is written
 
 
 STANDARD_STREAM = "-"

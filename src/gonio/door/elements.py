@@ -6,7 +6,7 @@ DTDs and entities are refused (by defusedxml), and depth, number and length of e
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from gonio.door.text import clip
 from gonio.files import FormatError
@@ -118,6 +118,12 @@ def parse(path: Path) -> tuple[Element, list[str]]:
 
     Lines of text before the XML, which programs print into such files and other readers skip, are remarks too.
     """
+    with path.open("rb") as file:
+        return parse_stream(path, file)
+
+
+def parse_stream(path: Path, file: IO[bytes]) -> tuple[Element, list[str]]:
+    """The same of an open file, such as a member of an archive; errors call it `path`."""
     from xml.etree.ElementTree import ParseError
 
     from defusedxml.common import DefusedXmlException
@@ -127,13 +133,12 @@ def parse(path: Path) -> tuple[Element, list[str]]:
     parser = DefusedXMLParser(target=builder, forbid_dtd=True)
     builder.parser = parser
     try:
-        with path.open("rb") as file:
-            fed = 0
-            while chunk := file.read(_CHUNK) if fed else _from_the_root_on(file.read(_CHUNK), builder):
-                parser.feed(chunk)
-                fed += len(chunk)
-                if fed - parser.parser.CurrentByteIndex > LONGEST_TAG:
-                    raise FormatError(path, f"a tag is longer than {LONGEST_TAG} bytes", f"line {builder.line}")
+        fed = 0
+        while chunk := file.read(_CHUNK) if fed else _from_the_root_on(file.read(_CHUNK), builder):
+            parser.feed(chunk)
+            fed += len(chunk)
+            if fed - parser.parser.CurrentByteIndex > LONGEST_TAG:
+                raise FormatError(path, f"a tag is longer than {LONGEST_TAG} bytes", f"line {builder.line}")
         root = parser.close()
     except ParseError as error:
         raise FormatError(

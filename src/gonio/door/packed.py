@@ -7,7 +7,8 @@ from gonio.files import FormatError
 
 LENGTH = 512  # bytes by which every kind is known
 _TAR_AT = 257  # where the header of a tar archive holds its signature
-_MEMBER_AT, _STORED = 30, b"PK\x03\x04"  # where the name of the first file of a ZIP archive is, and how it begins
+ZIP = b"PK\x03\x04"  # how a ZIP archive with files in it begins
+_MEMBER_AT = 30  # where the name of its first file is
 
 # Signature, what it is, and the usual program that unpacks it; the name of the file follows.
 KINDS = (
@@ -18,7 +19,7 @@ KINDS = (
     (b"\x04\x22\x4d\x18", "compressed by LZ4", "unlz4"),
     (b"LZIP\x01", "compressed by lzip", "lzip -dk"),
     (b"\x1f\x9d", "compressed by compress", "uncompress -k"),
-    (b"PK\x03\x04", "a ZIP archive", "unzip"),
+    (ZIP, "a ZIP archive", "unzip"),
     (b"PK\x05\x06", "an empty ZIP archive", ""),
     (b"PK\x07\x08", "a ZIP archive in parts", "7z x"),
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "7z x"),
@@ -44,7 +45,7 @@ def refuse_packed(path: Path, head: bytes) -> None:
 
 def is_document(head: bytes) -> bool:
     """Whether a file is a workbook or another document that is stored as a ZIP archive."""
-    return head.startswith(_STORED) and head[_MEMBER_AT:].startswith((*OFFICE, OPEN_DOCUMENT))
+    return head.startswith(ZIP) and head[_MEMBER_AT:].startswith((*OFFICE, OPEN_DOCUMENT))
 
 
 def _remedy(program: str, path: Path) -> str:

@@ -16,11 +16,11 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 MOST_VALUES = 50_000_000  # numbers that a header may promise; a larger count is damage or malice
 
 
-def head(path: Path, length: int) -> bytes:
+def head(path: Path, length: int, archives: bool = False) -> bytes:
     """The first bytes of a file, by which it is recognised.
 
     Raises FormatError for a path that is no regular file, because a pipe would be read for ever and a device without
-    end, and for a file that is compressed or an archive.
+    end, and for a file that is compressed or an archive; ZIP archives pass with `archives`, for readers of such files.
     """
     if not path.exists():
         raise FormatError(path, "there is no such file")
@@ -30,7 +30,8 @@ def head(path: Path, length: int) -> bytes:
         raise FormatError(path, "is not a regular file, but a pipe or a device: save what it holds as a file first")
     with path.open("rb") as file:
         start = file.read(max(length, packed.LENGTH))
-    packed.refuse_packed(path, start)
+    if not (archives and start.startswith(packed.ZIP)):
+        packed.refuse_packed(path, start)
     return start[:length]
 
 

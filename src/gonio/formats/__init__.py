@@ -60,6 +60,8 @@ OTHER_FILES = {
     b"\xff\xfe": "text in UTF-16: save it as UTF-8",
     b"\xfe\xff": "text in UTF-16: save it as UTF-8",
     b"\x93NUMPY": f"an array of NumPy (.npy): {NO_BRDF}",
+    b"aISO-1.0": "a height map (SDF): gonio topography tells what it says",
+    b"bISO-1.0": "a height map (SDF): gonio topography tells what it says",
     b"%PDF": f"a PDF document: {NO_BRDF}",
     b"\x89PNG": f"a PNG picture: {NO_BRDF}",
     b"v/1\x01": f"an OpenEXR picture: {NO_BRDF}",

@@ -1,0 +1,1 @@
+"""Files that hold other things whole: an array of NumPy, the members of a ZIP archive."""

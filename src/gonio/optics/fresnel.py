@@ -35,25 +35,48 @@ def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
 def reflectances(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array, Array, Array]:
     """|r_s|^2, |r_p|^2 and the real and imaginary part of r_s r_p*, for complex index n + i k, in real arithmetic.
 
-    q = a + i b is the root of m^2 - sin^2 beta, m = n + i k (formulas 1). The larger of a and b is computed by a root
-    and the other by division, so that nothing is singular at total reflection (k = 0, n < sin beta) and the reflectance
-    at an index of 1 is exactly 0. The p amplitude is r_p = -r_s (q cos beta - sin^2 beta)/(q cos beta + sin^2 beta).
+    The p amplitude is r_p = -r_s (q cos beta - sin^2 beta)/(q cos beta + sin^2 beta), with q of `refracted`.
     """
-    xp = namespace(cos_beta)
-    cos2 = cos_beta**2
-    sin2 = 1 - cos2
-    t, twice = n**2 - k**2 - sin2, 2 * n * k
-    squared = t**2 + twice**2
-    modulus = xp.sqrt(xp.where(squared < TINY, TINY, squared))
-    larger = xp.sqrt((modulus + xp.abs(t)) / 2)
-    smaller = twice / (2 * larger)
-    a, b = xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller)
+    sin2, (a, b) = 1 - cos_beta**2, refracted(cos_beta, n, k)
     r_s = ((a - cos_beta) ** 2 + b**2) * (1 / ((a + cos_beta) ** 2 + b**2))
     along, across = a * cos_beta, b * cos_beta
     p_over_s = r_s * (1 / ((along + sin2) ** 2 + across**2))
     r_p = p_over_s * ((along - sin2) ** 2 + across**2)
     real = -p_over_s * (along**2 + across**2 - sin2**2)
     return r_s, r_p, real, p_over_s * 2 * across * sin2
+
+
+def refracted(cos_beta: Array, n: Array, k: Array) -> tuple[Array, Array]:
+    """Real and imaginary part of q, the root of m^2 - sin^2 beta, m = n + i k (formulas 1).
+
+    q is the index times the cosine of the refracted ray. The larger part is computed by a root and the other by
+    division, so that nothing is singular at total reflection (k = 0, n < sin beta) and the reflectance at an index of 1
+    is exactly 0.
+    """
+    xp = namespace(cos_beta)
+    sin2 = 1 - cos_beta**2
+    t, twice = n**2 - k**2 - sin2, 2 * n * k
+    squared = t**2 + twice**2
+    modulus = xp.sqrt(xp.where(squared < TINY, TINY, squared))
+    larger = xp.sqrt((modulus + xp.abs(t)) / 2)
+    smaller = twice / (2 * larger)
+    return xp.where(t < 0, smaller, larger), xp.where(t < 0, larger, smaller)
+
+
+def dielectric(cos: Array, n: Array) -> Array:
+    r"""Mean of the s and p reflectances of a transparent medium of index n_b, at the incidence theta.
+
+    .. math::
+
+        \begin{aligned}
+        F(\theta) &= \frac{F_s(\theta) + F_p(\theta)}{2} \\
+        F_s(\theta) &= \left(\frac{\cos\theta - \kappa(\theta)}{\cos\theta + \kappa(\theta)}\right)^2 \\
+        F_p(\theta) &= \left(\frac{n_b^2\cos\theta - \kappa(\theta)}{n_b^2\cos\theta + \kappa(\theta)}\right)^2 \\
+        \kappa(\theta) &= \sqrt{n_b^2 - \sin^2\theta}
+        \end{aligned}
+
+    """
+    return unpolarised(cos, n, 0.0)
 
 
 def with_fresnel(term: Term, n: float, k: float) -> Term:

@@ -95,7 +95,8 @@ def tmm():
         thicknesses = [math.inf, *(film[2] for film in films), math.inf]
         for p in "sp":
             columns[f"{name} on {below} {p}"] = [
-                float(tmm_core.coh_tmm(p, indices, thicknesses, math.radians(theta), WAVELENGTH)["R"]) for theta in THETA
+                float(tmm_core.coh_tmm(p, indices, thicknesses, math.radians(theta), WAVELENGTH)["R"])
+                for theta in THETA
             ]
         surfaces[f"{name} on {below}"] = {"films": films, "index": n, "extinction": k}
     for below, (n, k) in SUBSTRATES.items():

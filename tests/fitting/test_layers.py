@@ -11,7 +11,6 @@ from gonio.comparison.answer import everything
 from gonio.fitting import Projection, fit
 from gonio.fitting.certainty.identifiability import combinations
 from gonio.materials import constants
-from gonio.measured.dataset import make_scan
 from gonio.optics.layers.body import body_weight
 from places import SHARED
 

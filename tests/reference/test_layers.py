@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio import Geometry, catalogue
+from gonio import Geometry, Model, catalogue
 from gonio.models.gonio2026 import scattered_lobe, scattered_lobe_of_height
+from gonio.models.guo2023 import gaussian_facets
 from gonio.models.krywonos2011 import scattered
-from gonio.optics.fresnel import dielectric, reflectances, unpolarised
+from gonio.models.walter2007 import ggx_facets
+from gonio.optics.fresnel import dielectric, over_facets, reflectances, unpolarised
 from gonio.optics.kirchhoff import phase_variance
 from gonio.optics.layers import body
-from gonio.optics.layers.film import Layer, coat, coat_by_polarisation, film, stack
+from gonio.optics.layers.film import Layer, coat, coat_by_polarisation, coat_of, film, film_of, stack
 from gonio.plausibility import hemispherical_reflectance
 
 TABLE = tomllib.loads(Path(__file__).with_name("layers.toml").read_text(encoding="utf-8"))
@@ -197,3 +199,25 @@ def test_one_height_map_at_several_wavelengths():
     np.testing.assert_allclose(
         by_height, scattered_lobe(mirror, f0, np.array(row["phase"]), m), rtol=2e-6
     )  # six decimals are printed
+
+
+def test_a_film_or_a_coat_on_any_facets():
+    """`over_facets` makes the catalogue's own models of its GGX facets, and takes facets that have no Fresnel factor."""
+    g = Geometry.from_degrees(np.array([0.0, 30.0, 70.0, 50.0]), np.array([10.0, 30.0, 60.0, 50.0]), 150.0)
+    for name, factor in (("thin-film", film_of), ("clear-coat", coat_of)):
+        other = catalogue[name]
+        model = Model("other", terms={"rho_s": over_facets(ggx_facets, factor)})
+        assert set(model.shape) == set(other.shape)
+        shape = {"width": 0.25, "index": 1.37, "extinction": 7.62}
+        np.testing.assert_allclose(model.basis(g, shape)["rho_s"], other.basis(g, shape)["rho_s"], rtol=1e-12)
+    own = Model("own", terms={"ks": over_facets(gaussian_facets, film_of)})
+    assert list(own.shape) == ["sigma", "n_f", "thickness", "index", "extinction", "wavelength"]
+    bare = own.basis(g, {"thickness": 0.0, "index": 1.37, "extinction": 7.62})["ks"]
+    facets = gaussian_facets(g, np.asarray(own.shape["sigma"].default))
+    np.testing.assert_allclose(bare, unpolarised(g.cos_beta, *ALUMINIUM) * facets, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "weight"), [("rayleigh-rice", "A"), ("priest-mueller", "ks")])
+def test_a_term_without_a_fresnel_factor_to_take_out_is_refused(name, weight):
+    with pytest.raises(ValueError, match="is not proportional to a Fresnel factor"):
+        over_facets(catalogue[name].terms[weight], film_of)

@@ -19,7 +19,7 @@ from gonio.optics.sampling import FacetNormals
 
 Normal = Annotated[float, Parameter(0.1, 0.005, 1.0, "reflectance of a facet at normal incidence (F0)")]
 Phase = Annotated[float, Parameter(1.0, 0.05, 10.0, "rms phase of the heights at normal incidence, 4 pi sigma/lambda")]
-RmsHeight = Annotated[float, Parameter(0.05, 0.001, 10.0, "rms height that light sees, at every wavelength", "um")]
+RmsHeight = Annotated[float, Parameter(0.05, 0.001, 1.0, "rms height that light sees, at every wavelength", "um")]
 Width = Annotated[float, Parameter(0.05, 0.002, 1.0, "width of the unscattered lobe, as a slope")]
 Tail = Annotated[float, Parameter(1.5, 1.0, 4.0, "exponent of its tail: 1 is Cauchy-Lorentz, 2 is GGX")]
 Slope = Annotated[float, Parameter(0.25, 0.02, 1.0, "total rms slope of the scattered lobe")]

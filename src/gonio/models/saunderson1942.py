@@ -1,10 +1,10 @@
-"""Paint and paper: facets of a transparent binder over the diffuse body in it, one coating of one index."""
+"""Paint and paper: a diffuse body below a boundary, under the facets of that boundary or of a surface of its own."""
 
 from collections.abc import Mapping
 
 from gonio.geometry import Geometry
 from gonio.model import Model, PerSteradian, drawn_by
-from gonio.models.walter2007 import Tail
+from gonio.models.walter2007 import Tail, student_facets
 from gonio.optics.distributions import draw_student
 from gonio.optics.facets import Width, reflected, student_slopes
 from gonio.optics.fresnel import dielectric
@@ -34,11 +34,22 @@ def _rho(values: Mapping[str, float]) -> float:
     return float(body_reflectance(values["rho_b"], values["n_b"]))
 
 
+BODY = {"rho": _rho, "K/S": lambda values: float(absorption_over_scattering(_rho(values)))}
+
 coated = Model(
     name="coated-body",
     title="Binder facets, coated body",
     cite="saunderson1942",
     terms={"rho_s": binder_facets, "rho_b": coated_body},
     confidence="reconstructed",
-    combinations={"rho": _rho, "K/S": lambda values: float(absorption_over_scattering(_rho(values)))},
+    combinations=BODY,
+)
+
+student_t_coated = Model(
+    name="student-t-coated",
+    title="Student-t facets, coating",
+    cite="saunderson1942",
+    terms={"rho_s": student_facets, "rho_b": coated_body},
+    confidence="reconstructed",
+    combinations=BODY,
 )

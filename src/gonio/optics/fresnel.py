@@ -1,16 +1,21 @@
 """Fresnel reflectance of a smooth facet (formulas 1), and terms multiplied by it."""
 
 import functools
-from typing import Annotated
+import inspect
+import math
+from typing import Annotated, get_type_hints
 
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
-from gonio.model import Parameter, Term
+from gonio.model import Parameter, Term, declarations
 
 TINY = 1e-30  # below every squared modulus that matters, and above what single precision rounds to zero
 
 Index = Annotated[float, Parameter(1.5, 0.05, 10.0, "refractive index, real part")]
 Extinction = Annotated[float, Parameter(0.0, 0.0, 20.0, "refractive index, imaginary part")]
+
+CONSTANTS = ("index", "extinction")
+GLASS = dict(zip(CONSTANTS, (1.5, 0.0), strict=True))  # at which a Fresnel factor is taken out: it is nowhere zero
 
 
 def unpolarised(cos_beta: Array, n: Array, k: Array) -> Array:
@@ -87,6 +92,63 @@ def with_fresnel(term: Term, n: float, k: float) -> Term:
         return unpolarised(g.cos_beta, n, k) * term(g, **shape)
 
     return product
+
+
+def over_facets(term: Term, factor: Term) -> Term:
+    """The term of facets with another reflectance in the place of its Fresnel factor: a film, a coat.
+
+    Parameters
+    ----------
+    term : Term
+        Facets, of any distribution and masking, with a Fresnel factor of `index` and `extinction` or with none.
+    factor : Term
+        The reflectance of a Geometry and shape parameters, such as `film_of` and `coat_of` of `layers.film`.
+
+    Returns
+    -------
+    Term
+        With the parameters of the factor beside the other ones of the term. It is drawn as the term is.
+
+    Raises
+    ------
+    ValueError
+        The term depends on its index in another way than by a Fresnel factor, so that none can be taken out.
+
+    """
+    own, added = declarations(term), declarations(factor)
+    replaced = GLASS if set(CONSTANTS) <= set(own) else {}
+    if replaced and not _is_proportional(term):
+        raise ValueError(f"{term.__name__} is not proportional to a Fresnel factor: no other can take its place")
+    kept = [name for name in own if name not in replaced]
+
+    @functools.wraps(term)
+    def product(g: Geometry, **shape: Array) -> Array:
+        bare = term(g, **{name: shape[name] for name in kept}, **replaced)
+        own_factor = unpolarised(g.cos_beta, *GLASS.values()) if replaced else 1.0
+        return factor(g, **{name: shape[name] for name in added}) * (bare / own_factor)
+
+    hints = get_type_hints(term, include_extras=True) | get_type_hints(factor, include_extras=True)
+    names = dict.fromkeys([*kept, *added])
+    product.__annotations__ = {name: hints[name] for name in names}
+    product.__annotations__["return"] = get_type_hints(term, include_extras=True)["return"]
+    by_name = inspect.Parameter.KEYWORD_ONLY
+    first = inspect.Parameter("g", inspect.Parameter.POSITIONAL_ONLY)
+    product.__signature__ = inspect.Signature([first, *(inspect.Parameter(name, by_name) for name in names)])  # type: ignore[attr-defined]
+    product.__doc__ = f"The facets of {term.__name__} with the reflectance {factor.__name__}."
+    return product
+
+
+def _is_proportional(term: Term) -> bool:
+    """Whether a term depends on its index as a Fresnel factor does, seen at a few pairs of directions."""
+    shape = {name: p.default for name, p in declarations(term).items()}
+    for pair in ((10.0, 25.0, 180.0), (50.0, 30.0, 60.0), (65.0, 75.0, 170.0)):
+        g = Geometry.from_degrees(*pair)
+        constants = (tuple(GLASS.values()), (1.37, 7.62))
+        found = [term(g, **shape | dict(zip(CONSTANTS, pair_of, strict=True))) for pair_of in constants]
+        factors = [unpolarised(g.cos_beta, *pair_of) for pair_of in constants]
+        if getattr(found[0], "ndim", 0) or not math.isclose(found[0] * factors[1], found[1] * factors[0], rel_tol=1e-9):
+            return False
+    return True
 
 
 def schlick(cos_beta: Array, f0: Array) -> Array:

@@ -9,8 +9,10 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from gonio.arrays import Array, namespace
-from gonio.model import Parameter
-from gonio.optics.fresnel import TINY, refracted
+from gonio.geometry import Geometry
+from gonio.model import Dimensionless, Parameter
+from gonio.optics.fresnel import TINY, Extinction, Index, refracted
+from gonio.optics.kirchhoff import Wavelength
 
 FilmIndex = Annotated[float, Parameter(1.45, 1.0, 3.0, "refractive index of the film")]
 Thickness = Annotated[float, Parameter(0.1, 0.0, 2.0, "thickness of the film", "um")]
@@ -153,6 +155,23 @@ def film(cos_beta: Array, n: Array, thickness: Array, index: Array, extinction: 
     """
     r_s, r_p = stack(cos_beta, [Layer(n, 0.0, thickness)], index, extinction, wavelength)
     return (r_s + r_p) / 2
+
+
+def film_of(
+    g: Geometry,
+    n_f: FilmIndex,
+    thickness: Thickness,
+    index: Index,
+    extinction: Extinction,
+    wavelength: Wavelength,
+) -> Dimensionless:
+    """`film` at the local incidence of a pair of directions: a factor of facets (`fresnel.over_facets`)."""
+    return film(g.cos_beta, n_f, thickness, index, extinction, wavelength)
+
+
+def coat_of(g: Geometry, n_c: CoatIndex, index: Index, extinction: Extinction) -> Dimensionless:
+    """`coat` at the local incidence of a pair of directions: a factor of facets (`fresnel.over_facets`)."""
+    return coat(g.cos_beta, n_c, index, extinction)
 
 
 def coat_by_polarisation(cos_beta: Array, n: Array, index: Array, extinction: Array) -> tuple[Array, Array]:

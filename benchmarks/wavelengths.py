@@ -2,7 +2,7 @@
 
 Writes benchmarks/wavelengths.json, which docs/howto/layers.md is made from. The surface's own values are shared (width,
 tail and slope); what its material does (reflectance at the normal, and the two diffuse lobes) has one value a
-wavelength, in both fits.
+wavelength, in the first two fits, and is shared as well in the last two.
 """
 
 import json
@@ -25,6 +25,8 @@ BY_WAVELENGTH = dict.fromkeys(("f0", "gamma", "s"), "wavelength")
 FITS: dict[str, tuple[str, dict[str, str]]] = {
     "one rms height": ("gonio-best-spectral", BY_WAVELENGTH),
     "one phase a wavelength": ("gonio-best", BY_WAVELENGTH | {"h": "wavelength"}),
+    "one rms height, all shared": ("gonio-best-spectral", {}),
+    "one phase a wavelength, all else shared": ("gonio-best", {"h": "wavelength"}),
 }
 
 

@@ -44,7 +44,7 @@ def name_of(n, rho):
 
 
 def mitsuba():
-    """f cos(theta_r) of `plastic` without its mirror, over cos(theta_r)."""
+    """BRDF of `plastic` without its mirror."""
     mi = importlib.import_module("mitsuba")
     mi.set_variant("scalar_rgb")
     angles = pairs()

@@ -133,10 +133,11 @@ def test_stack_without_and_with_films_of_the_substrate_is_the_substrate():
 
 def test_a_film_is_finite_where_it_reflects_totally_and_at_grazing():
     cos = np.concatenate([COSINES, [1e-6, 1e-17]])
-    found = film(cos, np.asarray(1.5), np.linspace(0, 1, 7)[:, None], np.asarray(0.3), np.asarray(0.0), np.asarray(0.5))
+    index, extinction = np.asarray(0.3), np.asarray(0.0)
+    found = film(cos, np.asarray(1.5), np.linspace(0, 1, 7)[:, None], index, extinction, np.asarray(0.5))
     assert np.isfinite(found).all()
     assert (found <= 1 + 1e-12).all()
-    thick = coat(cos, np.asarray(1.5), np.asarray(0.3), np.asarray(0.0))
+    thick = coat(cos, np.asarray(1.5), index, extinction)
     assert np.isfinite(thick).all()
     np.testing.assert_allclose(thick[cosine(20.0) > cos], 1.0, rtol=1e-9)  # total from 17.5 deg on
 
@@ -202,7 +203,7 @@ def test_one_height_map_at_several_wavelengths():
 
 
 def test_a_film_or_a_coat_on_any_facets():
-    """`over_facets` makes the catalogue's own models of its GGX facets, and takes facets that have no Fresnel factor."""
+    """`over_facets` makes the catalogue's own models of its GGX facets, and takes facets without a Fresnel factor."""
     g = Geometry.from_degrees(np.array([0.0, 30.0, 70.0, 50.0]), np.array([10.0, 30.0, 60.0, 50.0]), 150.0)
     for name, factor in (("thin-film", film_of), ("clear-coat", coat_of)):
         other = catalogue[name]

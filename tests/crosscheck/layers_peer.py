@@ -79,7 +79,8 @@ def scatmech():
     surfaces = {}
     for n, rho in itertools.product(INDICES, RHOS):
         parameters = {"lambda": f"{WAVELENGTH}", "substrate": f"({n},0)", "reflectance": f"{rho}"}
-        model = model_of("Diffuse_Subsurface_BRDF_Model", parameters)
+        table = {None: "Table_Reflectance", "table": parameters["reflectance"]}
+        model = model_of("Diffuse_Subsurface_BRDF_Model", parameters | {"reflectance": table})
         places = [(*pair, math.pi / 2) for pair in np.radians(angles).T.tolist()]
         columns[name_of(n, rho)] = [float(model.MuellerBRDF(*place, coords="psps")[0][0]) for place in places]
         surfaces[name_of(n, rho)] = {"model": "Diffuse_Subsurface_BRDF_Model"} | parameters

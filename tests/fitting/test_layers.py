@@ -151,7 +151,9 @@ def test_indices_of_a_material_are_those_of_each_wavelength():
         for k, (w, of_metal) in enumerate(zip(lines, metal, strict=True))
     ]  # fmt: skip
     scan = xr.concat(parts, "direction")
-    problem = Problem(catalogue["thin-film"], scan, weighting="relative", material="copper", shared=("rho_s",), held={"width": 0.2})
+    problem = Problem(
+        catalogue["thin-film"], scan, weighting="relative", material="copper", shared=("rho_s",), held={"width": 0.2}
+    )
     solution = fit(problem, QUICK)
     for w, of_metal in zip(lines, metal, strict=True):
         assert solution.values[f"index[{1000 * w:g}]"] == pytest.approx(of_metal["index"])

@@ -53,6 +53,14 @@ def test_the_closed_form_is_the_integral(n):
     assert float(body.external_reflectance(np.asarray(n))) == pytest.approx(integral, rel=1e-11)
 
 
+@pytest.mark.parametrize("n", [1.05, 1.5, 2.2])
+def test_what_the_boundary_lets_through_is_what_it_does_not_reflect(n):
+    cos = np.concatenate([COSINES, [1e-3, 1e-6]])
+    found = body.transmittance(cos, np.asarray(n))
+    np.testing.assert_allclose(found, 1 - dielectric(cos, np.asarray(n)), rtol=1e-9)
+    assert found[-1] == pytest.approx(2e-6 * (1 + n**2) / np.sqrt(n**2 - 1), rel=1e-5)  # the limit at grazing
+
+
 @pytest.mark.parametrize("row", TABLE["body"], ids=lambda row: f"rho {row['rho']}")
 def test_coated_body(row):
     brdf = brdf_of_body(row["rho"], row["n"])

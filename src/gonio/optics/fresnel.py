@@ -84,6 +84,19 @@ def dielectric(cos: Array, n: Array) -> Array:
     return unpolarised(cos, n, 0.0)
 
 
+def transmittance(cos: Array, n: Array) -> Array:
+    r"""What the boundary of a transparent medium of index n_b > 1 lets through, with the digits that 1 - F loses.
+
+    .. math::
+
+        T(\theta) = 1 - F(\theta)
+
+    where F is Fresnel's reflectance (:func:`.dielectric`).
+    """
+    inside = namespace(cos).sqrt(n**2 - 1 + cos**2)
+    return 2 * cos * inside * (1 / (cos + inside) ** 2 + (n / (n**2 * cos + inside)) ** 2)
+
+
 def with_fresnel(term: Term, n: float, k: float) -> Term:
     """`term` times the Fresnel reflectance of index n + i k: the F of guo2023's eq 3, which the paper has in ks."""
 

@@ -10,6 +10,7 @@ from typing import Annotated
 from gonio.arrays import Array, namespace
 from gonio.geometry import Geometry
 from gonio.model import Parameter, PerSteradian, drawn_by
+from gonio.optics.fresnel import transmittance
 from gonio.optics.sampling import COSINE
 
 Binder = Annotated[
@@ -60,19 +61,13 @@ def coated_body(g: Geometry, n_b: Binder) -> PerSteradian:
 
     .. math::
 
-        f_b = \frac{(1 - F(\theta_i))(1 - F(\theta_r))}{\pi\,(1 - F_e)}
+        f_b = \frac{T(\theta_i)\,T(\theta_r)}{\pi\,(1 - F_e)}
 
-    where F is Fresnel's reflectance (:func:`.dielectric`) of the index :math:`n_b`, and :math:`F_e` that of uniform
-    light (:func:`.external_reflectance`).
+    where T is what the boundary of index :math:`n_b` lets through (:func:`.transmittance`), and :math:`F_e` what it
+    reflects of uniform light (:func:`.external_reflectance`).
     """
     through = transmittance(g.cos_i, n_b) * transmittance(g.cos_r, n_b)
     return through / (math.pi * (1 - external_reflectance(n_b)))
-
-
-def transmittance(cos: Array, n: Array) -> Array:
-    """1 - F of unpolarised light at the boundary of a medium of index n > 1, whose digits a difference would lose."""
-    inside = namespace(cos).sqrt(n**2 - 1 + cos**2)
-    return 2 * cos * inside * (1 / (cos + inside) ** 2 + (n / (n**2 * cos + inside)) ** 2)
 
 
 def body_reflectance(weight: Array, n: Array) -> Array:

@@ -34,7 +34,7 @@ def scan_of(noise=0.01, seed=1):
 @pytest.fixture(scope="module")
 def session():
     opened = [Opened("a.csv", scan_of()), Opened(SCRIPT, scan_of(seed=2))]
-    return Session(opened, model="phong", pair=(0, 1))
+    return Session(opened, model="phong", values={"n": 20.0}, pair=(0, 1))
 
 
 @pytest.fixture(scope="module")

@@ -255,10 +255,10 @@ def test_a_shader_that_does_not_compile_is_told(chromium, tmp_path, monkeypatch)
 
 
 def test_relative_values_are_drawn_as_grey(chromium, tmp_path):
-    """What is sent back as much as on geometric average is drawn as 18 % of white."""
+    """What is sent back as much as on geometric average is drawn as 18 % of white, at an exposure of 0 stops."""
     scan = simulate(catalogue["lambert"], {"rho": 700.0}, [0.0, 45.0], ANGLES, unit="a.u.")
     page = Page(chromium, tmp_path, Session([Opened("plane", scan)], model="lambert"), ["lambert"]).open()
-    page.run("store.set({ lamp: [0, 0] });")
+    page.run("store.set({ lamp: [0, 0], exposure: 0 });")
     page.settle()
     picture = page.pixels(BODY)
     middle = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0]

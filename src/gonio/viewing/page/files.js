@@ -34,6 +34,7 @@ export function mount(panel, store, actions) {
       await actions.chooseSet(place);
       store.set({ sets: sets.slice() });
       said.textContent = printable(`${set.name} is open.`);
+      actions.begin();
     } catch (error) {
       said.textContent = "";
       wrong.textContent = printable(error.message);

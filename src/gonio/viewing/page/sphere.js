@@ -160,7 +160,7 @@ export function mount(root, store) {
       ? "Relative values: their geometric mean is drawn as mid grey (18 %)."
       : "White is a perfect diffuser that is lit straight.";
     const stops = exposureOf(state);
-    const times = stops ? ` The exposure shows all ${number(2 ** Math.abs(stops), 3)} times ${stops > 0 ? "as bright" : "darker"}.` : "";
+    const times = stops ? ` The exposure shows it ${number(2 ** Math.abs(stops), 3)} times ${stops > 0 ? "brighter" : "darker"}.` : "";
     const clipped = state.exposure === null && suited.isClipped ? " The highlight is brighter than the screen." : "";
     const colours = channels(state) ? " Three channels: red, green and blue." : "";
     const grouped = state.groups.some((own, k) => !declaration.parameters[k].weight && new Set(own).size > 1) ? " The values are those of the incidence angle that is chosen." : "";

@@ -1,7 +1,7 @@
 // The left side: which scan, which model, and a slider for every parameter.
 
 import { choice, element } from "gonio/elements.js";
-import { blockLabel, number, printable, symbol, unitOf } from "gonio/words.js";
+import { blockLabel, cellLabel, number, printable, shownOf, symbol, unitOf } from "gonio/words.js";
 
 const STEPS = 1000; // of a slider
 
@@ -10,6 +10,7 @@ export function mount(root, store, actions) {
   const model = element("section", { className: "model" }, element("h2", {}, "Model"));
   root.append(data, model);
   const warned = element("div", { role: "status" });
+  const several = element("p", { className: "note" });
   let rows = [];
 
   function rebuild(state) {
@@ -26,7 +27,8 @@ export function mount(root, store, actions) {
     const masked = set.masked ? `, ${set.masked} masked` : "";
     data.append(element("p", { className: "note" }, `${set.total} ${set.origin} values${masked}${set.unit_label === "1" ? "" : `, ${set.unit_label}`}`));
     if (set.light) data.append(element("p", { className: "note" }, printable(set.light)));
-    if (set.shown < set.total) data.append(element("p", { className: "note" }, `Shown are ${set.shown} of them, whole curves chosen evenly: a page holds no more. The agreement is that of the values shown.`));
+    if (set.interpolated) data.append(element("p", { className: "note" }, `${shownOf(set)} The agreement is that of these.`));
+    else if (set.shown < set.total) data.append(element("p", { className: "note" }, `Shown are ${set.shown} of them, whole curves chosen evenly: a page holds no more. The agreement is that of the values shown.`));
     if (set.relative) data.append(element("p", { className: "note" }, "Relative: it says nothing about energy."));
     if (set.blocks.length > 1) data.append(blocks(state, set));
     data.append(warned);
@@ -65,7 +67,7 @@ export function mount(root, store, actions) {
     const { violates } = state.model.declaration;
     if (violates.length) model.append(element("p", { className: "note" }, `It violates: ${violates.join(", ")}.`));
     rows = state.model.declaration.parameters.map((_, k) => row(state, k));
-    model.append(element("div", { className: "parameters" }, element("p", { className: "held" }, "hold"), ...rows.map(({ box }) => box)), buttons(state));
+    model.append(element("div", { className: "parameters" }, element("p", { className: "held" }, "hold"), ...rows.map(({ box }) => box)), several, buttons(state));
   }
 
   function buttons(state) {
@@ -143,12 +145,23 @@ export function mount(root, store, actions) {
   store.watch(["findings"], showFindings);
   store.watch(["set", "block", "model", "fit", "values", "cell", "locked", "follow", "ranges"], (state) => {
     for (const { show } of rows) show(state);
+    several.replaceChildren(...aboutGroups(state));
     const follow = model.querySelector(".buttons input");
     if (follow) follow.checked = state.follow;
   });
 }
 
 const nameOfFit = (name, { model }) => (name === "fit" ? `fit: ${model}` : `fit: ${printable(name)}${name.startsWith(model) ? "" : ` (${model})`}`);
+
+// Which of several values the sliders have: those of the curve that was touched last.
+function aboutGroups(state) {
+  const set = state.sets[state.set];
+  const names = state.model.declaration.parameters.filter((_, k) => state.values[k].length > 1).map((p) => p.name);
+  if (!names.length) return [];
+  const of = [set.blocks.length > 1 ? blockLabel(set, state.block) : "", `θᵢ ${cellLabel(set, state.cell)}`].filter(Boolean);
+  const listed = names.flatMap((name, k) => (k ? [", ", symbol(name)] : [symbol(name)]));
+  return [...listed, `: several values; shown and moved are those for ${of.join(", ")}.`];
+}
 
 function split(text) {
   const space = text.indexOf(" ");

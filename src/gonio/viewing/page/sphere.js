@@ -32,7 +32,7 @@ export function mount(root, store) {
   const from = oneOf("of", "lit-from", [["model", "model"], ["table", "measured"]], "model", (litFrom) => store.set({ litFrom }));
   const skyLabel = element("label", { className: "tick-box" }, dome, element("span", {}, "and an even sky"));
   root.append(element("div", { className: "row" }, what, from, skyLabel), canvas, across.box, upwards.box, exposure.box, wrong, note);
-  store.set({ body: "sphere", litFrom: "model", lamp: [35, 35], exposure: null });
+  store.set({ body: "sphere", litFrom: null, lamp: [35, 35], exposure: null });
   let sky = { key: "", tables: new Map() };
   let suited = { key: "", stops: 0, isClipped: false };
 
@@ -61,8 +61,9 @@ export function mount(root, store) {
 
   function controls(state) {
     from.hidden = !hasTable(state);
-    if (from.hidden && state.litFrom === "table") store.set({ litFrom: "model" });
-    for (const input of root.querySelectorAll("input[name=lit-from]")) input.checked = input.value === state.litFrom;
+    if (from.hidden && state.litFrom === "table") store.set({ litFrom: null });
+    if (!from.hidden && state.litFrom === null && !state.fit) store.set({ litFrom: "table" }); // no model is near it yet
+    for (const input of root.querySelectorAll("input[name=lit-from]")) input.checked = input.value === (state.litFrom ?? "model");
   }
 
   function draw(coarse) {

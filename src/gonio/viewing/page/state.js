@@ -23,7 +23,7 @@
 // difference  values of a second scan at the rows of the set, or null
 // body, lamp  what is lit, and from where: degrees to the right and upwards, as the eye sees it
 // exposure    in stops, null for what suits the body
-// litFrom     model, or table: the values of the file     tables: how many tables of files have come
+// litFrom     model, or table: the values of the file; null before one was chosen     tables: how many tables of files have come
 // orbit       from where the lobe is seen: how far it is turned and tilted [deg]
 // findings    of the scan whose findings came last: what `gonio check` warns of
 // error       what went wrong, to be shown

@@ -61,7 +61,8 @@ class ViewOptions:
 def command(files: Scans, view: ViewOptions, values: ValueOptions, used: ScanOptions) -> None:
     """Look at scans and fits on a page: sliders, curves, hemispheres.
 
-    The page is served to this machine alone, and needs no network. It ends with Ctrl-C.
+    The model is fitted to a scan that comes without a fit, unless values are given. The page is served to this machine
+    alone, and needs no network. It ends with Ctrl-C.
     """
     idle = _seconds(view.idle)
     session = _session(files, view, values, used)

@@ -12,4 +12,7 @@ export function mount(root, store) {
     oneOf("scale", "scale", [["log", "log", "Logarithmic scales"], ["linear", "linear", "Linear scales"]], state.scale, (scale) => store.set({ scale })),
     element("div", { className: "actions" }),
   );
+  store.watch(["quantity", "scale"], (now) => {
+    for (const input of root.querySelectorAll("input[type=radio]")) input.checked = input.value === now[input.name];
+  });
 }

@@ -315,6 +315,7 @@ def test_a_state_of_the_command_line_is_applied(context, session):
         page = opened(context, f"http://127.0.0.1:{asking.port}/")
         assert page.evaluate("window.gonio.store.get().values[2]") == [33.0]
         assert page.evaluate("window.gonio.store.get().scale") == "linear"
+        assert page.evaluate("document.querySelector('input[name=scale]:checked').value") == "linear"
         page.close()
 
 

@@ -14,11 +14,16 @@ def opened(chromium, address, **options):
     page = context.new_page()
     page.asked, page.said = [], []
     page.on("request", lambda request: page.asked.append(request.url))
-    page.on("console", lambda told: page.said.append(told.text) if told.type in ("error", "warning") else None)
+    page.on("console", lambda told: page.said.append(told.text) if _is_complaint(told) else None)
     page.on("pageerror", lambda error: page.said.append(str(error)))
     page.goto(address if "://" in str(address) else Path(address).as_uri())
     yield page
     context.close()
+
+
+def _is_complaint(told):
+    """Whether it is no word of the software graphics about their own speed."""
+    return told.type in ("error", "warning") and "GL Driver Message" not in told.text
 
 
 def from_elsewhere(page):

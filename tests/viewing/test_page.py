@@ -30,7 +30,7 @@ def address(tmp_path_factory):
     files = {"bars.nc": painted(), "spectral.nc": spectral, "<script>alert(3)<\u2044script>\u202e.nc": hostile}
     for name, scan in files.items():
         write(scan, folder / name)
-    with served(*(folder / name for name in files)) as found:
+    with served(*(folder / name for name in files), "--set", "width=0.05") as found:
         yield found
 
 

@@ -215,7 +215,20 @@ LOSE = """
 """
 
 
+# The page draws as finely as the graphics are quick: with this clock they are, however busy the machine is.
+QUICK = """
+  window.clock = performance.now.bind(performance);
+  let now = 0;
+  performance.now = () => (now += 1e-3);
+  for (let k = 0; k < 20; k++) {
+    store.set({ lamp: [k, 0] });
+    store.flush();
+  }
+"""
+
+
 def test_a_lost_context_is_told_and_drawn_again(shown):
+    shown.run(QUICK)
     shown.settle()
     before = shown.pixels(BODY)
     shown.run(LOSE)
@@ -224,6 +237,7 @@ def test_a_lost_context_is_told_and_drawn_again(shown):
     shown.settle()
     assert shown.text("#sphere .warning") == ""
     np.testing.assert_array_equal(shown.pixels(BODY), before)
+    shown.run("performance.now = window.clock;")
 
 
 WITHOUT = """
@@ -255,10 +269,10 @@ def test_a_shader_that_does_not_compile_is_told(chromium, tmp_path, monkeypatch)
 
 
 def test_relative_values_are_drawn_as_grey(chromium, tmp_path):
-    """What is sent back as much as on geometric average is drawn as 18 % of white."""
+    """What is sent back as much as on geometric average is drawn as 18 % of white, at an exposure of 0 stops."""
     scan = simulate(catalogue["lambert"], {"rho": 700.0}, [0.0, 45.0], ANGLES, unit="a.u.")
     page = Page(chromium, tmp_path, Session([Opened("plane", scan)], model="lambert"), ["lambert"]).open()
-    page.run("store.set({ lamp: [0, 0] });")
+    page.run("store.set({ lamp: [0, 0], exposure: 0 });")
     page.settle()
     picture = page.pixels(BODY)
     middle = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0]

@@ -31,10 +31,11 @@ export function actionsOf(store) {
       const groups = fit ? fit.parameters.map((p) => p.cells) : groupsOf(set, declaration);
       const values = fit ? fit.parameters.map((p) => p.values.slice()) : firstValues(declaration, groups, kind === "model" ? state.given : {});
       const block = k === state.set && state.block < set.blocks.length ? state.block : 0;
-      const cell = set.cells.findIndex((c) => c.block === block);
+      const isSame = k === state.set && Boolean(state.model);
+      const cell = isSame ? state.cell : set.cells.findIndex((c) => c.block === block);
       const chosen = { fit, fitName: fit ? name : "", locked: new Set(), follow: !fit };
-      store.set({ set: k, block, cell, cursor: null, model, groups, values, ...chosen });
-      store.set({ hidden: hiddenAtFirst(state) });
+      store.set({ set: k, block, cell, model, groups, values, ...chosen });
+      if (!isSame) store.set({ cursor: null, hidden: hiddenAtFirst(state) });
       if (!fit) store.set({ values: withGiven(snapped(state), state, declaration) });
       store.set({ first_values: state.values, ranges: rangesOf(state) });
     },

@@ -25,8 +25,8 @@ export function mount(panel, root, store) {
   function rebuild(state) {
     const names = state.sets.map((one, k) => [String(k), printable(one.name)]).filter(([k]) => Number(k) !== state.set);
     section.replaceChildren(section.firstChild);
-    if (!names.length) section.append(element("p", { className: "note" }, "Open a second scan to compare it with this one."));
-    else {
+    section.hidden = !names.length;
+    if (names.length) {
       const options = [["-1", "none"], ...names];
       section.append(choice("compare", options, String(state.second), (k) => store.set({ second: Number(k) })));
       if (state.second >= 0) section.append(oneOf("Shown as", "pair-as", KINDS, state.pairAs, (pairAs) => store.set({ pairAs })));

@@ -72,6 +72,7 @@ export function mount(root, store) {
     plots[0].setData(data.values, false);
     plots[0].redraw();
     plots[1].setData(data.residuals);
+    note.textContent = said(state, cells, data);
     if (table.open) showTable(state, cells);
   }
 

@@ -23,10 +23,10 @@ export function choice(label, options, chosen, onchoose) {
 // A few values of which one holds: radio buttons that look like one control.
 export function oneOf(label, name, options, chosen, onchoose) {
   const group = element("fieldset", { className: "one-of" }, element("legend", {}, label));
-  for (const [value, text] of options) {
+  for (const [value, text, title = ""] of options) {
     const input = element("input", { type: "radio", name, value, checked: value === chosen });
     input.addEventListener("change", () => onchoose(value));
-    group.append(element("label", {}, input, element("span", {}, text)));
+    group.append(element("label", { title }, input, element("span", {}, text)));
   }
   return group;
 }

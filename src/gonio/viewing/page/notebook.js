@@ -24,11 +24,13 @@ export function mount(root, store, actions) {
     sent = told;
   }
 
-  fit.addEventListener("click", () => {
+  actions.fit = () => {
+    if (fit.disabled) return;
     fit.disabled = true;
     fit.textContent = "Fitting …";
     post("fit", { ...now(), locked: [...state.locked] });
-  });
+  };
+  fit.addEventListener("click", actions.fit);
 
   const answers = {
     values({ model, values }) {

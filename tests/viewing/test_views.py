@@ -11,6 +11,7 @@ from gonio import catalogue, simulate
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
+from viewing.opened import until
 
 pytestmark = pytest.mark.xdist_group("viewer")
 
@@ -211,7 +212,6 @@ LOSE = """
   const { once } = await import("gonio/gl.js");
   window.losing = once("square").gl.getExtension("WEBGL_lose_context");
   window.losing.loseContext();
-  await new Promise((done) => setTimeout(done, 300));
 """
 
 
@@ -219,10 +219,10 @@ def test_a_lost_context_is_told_and_drawn_again(shown):
     shown.settle()
     before = shown.pixels(BODY)
     shown.run(LOSE)
-    assert "graphics driver has stopped" in shown.text("#sphere .warning")
-    shown.run("window.losing.restoreContext(); await new Promise((done) => setTimeout(done, 300));")
+    until(shown.page, "document.querySelector('#sphere .warning').textContent.includes('graphics driver has stopped')")
+    shown.run("window.losing.restoreContext();")
+    until(shown.page, "document.querySelector('#sphere .warning').textContent === ''")
     shown.settle()
-    assert shown.text("#sphere .warning") == ""
     np.testing.assert_array_equal(shown.pixels(BODY), before)
 
 

@@ -1,11 +1,11 @@
 // Fits from the page: started and cancelled here, done by the server in a process of its own.
 
 import { element } from "gonio/elements.js";
-import { ended, post, remove, served } from "gonio/source.js";
+import { ended, notebook, post, remove, served } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
 const WEIGHTINGS = ["auto", "uniform", "relative", "solid-angle", "uncertainty", "log"];
-export const WHY_NOT = "This page is a file. gonio view FILE opens one that can do this.";
+export const WHY_NOT = `This page ${notebook ? "stands in a notebook" : "is a file"}. gonio view FILE opens one that can do this.`;
 
 // What the server needs to know of the sliders.
 export function sent(state) {
@@ -21,6 +21,7 @@ export function sent(state) {
 }
 
 export function mount(root, store, actions) {
+  if (notebook) return; // whose kernel fits
   const section = element("section", { className: "fit" }, element("h2", {}, "Fit"));
   const weighting = element("select", {}, ...WEIGHTINGS.map((name) => element("option", { value: name }, name)));
   const label = element("label", { className: "choice" }, element("span", {}, "weighting"), weighting);

@@ -13,7 +13,7 @@ const DRAGGED = 12; // ms that a view may take while something is dragged
 const RESTING = 400; // ms that it may take then: a model that integrates for every direction is drawn coarser
 const PAUSE = 150; // ms after which what was dragged is drawn as it should be
 
-const shared = { canvas: null, renderer: null, made: new Map(), programs: new Map(), cost: new Map(), lost: false };
+const shared = { canvas: null, renderer: null, made: new Map(), programs: new Map(), cost: new Map(), lost: false, compiled: false };
 
 // Opens the context, and tells the views by `graphics` of the store when they have to draw anew.
 export function start(store) {
@@ -102,6 +102,7 @@ export function program(name, vertex, fragment, uniforms, options = {}) {
     return known.program;
   }
   const { gl } = shared.renderer;
+  shared.compiled = true;
   const made = { program: new Program(gl, { vertex, fragment, uniforms, cullFace: null, ...options }), fragment, why: "" };
   if (!gl.getProgramParameter(made.program.program, gl.LINK_STATUS) && !gl.isContextLost()) {
     const said = gl.getShaderInfoLog(made.program.fragmentShader) || gl.getProgramInfoLog(made.program.program) || "";
@@ -164,11 +165,13 @@ export function shareOf(name, pixels, coarse) {
 // card is not waited for, as it is fast enough.
 export function timed(name, pixels, work) {
   const begun = performance.now();
+  shared.compiled = false;
   work();
   const each = (performance.now() - begun) / Math.max(pixels, 1);
   const known = shared.cost.get(name);
-  // The first drawing compiles too: it says little of the next.
-  shared.cost.set(name, known ? 0.5 * (known + each) : Math.min(each, RESTING / 250_000));
+  // A drawing that compiles too says little of the next.
+  if (!shared.compiled && known) shared.cost.set(name, 0.5 * (known + each));
+  else shared.cost.set(name, known ?? Math.min(each, RESTING / 250_000));
 }
 
 // Calls paint(true) at once, and paint(false) when it was not asked for again for a moment.

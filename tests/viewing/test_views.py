@@ -72,8 +72,17 @@ class Page:
         return self
 
     def settle(self):
-        """Wait until what is drawn coarser while something moves is drawn as it should be."""
-        self.page.wait_for_timeout(400)
+        """Wait until what is drawn coarser while something moves is drawn as it should be: by a timer of the page.
+
+        A timer of the page that is set later, and for longer, ends later, however busy the machine is.
+        """
+        self.run("""
+            const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+            store.flush();
+            await wait(0);  // the shader of another model
+            store.flush();
+            await wait(200);
+        """)
 
     def run(self, script):
         return self.page.evaluate(f"async () => {{ const {{ store, actions }} = window.gonio; {script} }}")

@@ -78,7 +78,8 @@ def until(page, condition, seconds=30.0):
 def fresh(page):
     page.evaluate(
         """async () => { const {actions, store} = window.gonio;
-        await actions.chooseModel("model", "phong"); store.set({dragging: false, cursor: null, error: ""}); }"""
+        await actions.chooseModel("model", "phong");
+        store.set({dragging: false, cursor: null, error: ""}); store.flush(); }"""
     )
     yield
     assert page.complaints == []

@@ -11,6 +11,7 @@ from gonio import catalogue, simulate
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
+from viewing.opened import until
 
 pytestmark = pytest.mark.xdist_group("viewer")
 
@@ -71,8 +72,17 @@ class Page:
         return self
 
     def settle(self):
-        """Wait until what is drawn coarser while something moves is drawn as it should be."""
-        self.page.wait_for_timeout(400)
+        """Wait until what is drawn coarser while something moves is drawn as it should be: by a timer of the page.
+
+        A timer of the page that is set later, and for longer, ends later, however busy the machine is.
+        """
+        self.run("""
+            const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+            store.flush();
+            await wait(0);  // the shader of another model
+            store.flush();
+            await wait(200);
+        """)
 
     def run(self, script):
         return self.page.evaluate(f"async () => {{ const {{ store, actions }} = window.gonio; {script} }}")
@@ -211,7 +221,6 @@ LOSE = """
   const { once } = await import("gonio/gl.js");
   window.losing = once("square").gl.getExtension("WEBGL_lose_context");
   window.losing.loseContext();
-  await new Promise((done) => setTimeout(done, 300));
 """
 
 
@@ -232,10 +241,10 @@ def test_a_lost_context_is_told_and_drawn_again(shown):
     shown.settle()
     before = shown.pixels(BODY)
     shown.run(LOSE)
-    assert "graphics driver has stopped" in shown.text("#sphere .warning")
-    shown.run("window.losing.restoreContext(); await new Promise((done) => setTimeout(done, 300));")
+    until(shown.page, "document.querySelector('#sphere .warning').textContent.includes('graphics driver has stopped')")
+    shown.run("window.losing.restoreContext();")
+    until(shown.page, "document.querySelector('#sphere .warning').textContent === ''")
     shown.settle()
-    assert shown.text("#sphere .warning") == ""
     np.testing.assert_array_equal(shown.pixels(BODY), before)
     shown.run("performance.now = window.clock;")
 

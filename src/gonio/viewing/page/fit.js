@@ -5,7 +5,7 @@ import { ended, notebook, post, remove, served } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
 const WEIGHTINGS = ["auto", "uniform", "relative", "solid-angle", "uncertainty", "log"];
-export const WHY_NOT = "This page is a file. gonio view FILE opens one that can do this.";
+export const WHY_NOT = `This page ${notebook ? "stands in a notebook" : "is a file"}. gonio view FILE opens one that can do this.`;
 
 // What the server needs to know of the sliders.
 export function sent(state) {

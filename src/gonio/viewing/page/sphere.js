@@ -5,7 +5,7 @@ import { dark, ofStyle } from "gonio/colours.js";
 import { cellsShown, isReady, valuesOf } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
 import { brightness, measuredBrightness, MOST, stopsFor, stopsLabel } from "gonio/exposure.js";
-import { camera, excuse, geometry, mesh, once, paint, program, settling, shareOf, timed } from "gonio/gl.js";
+import { camera, excuse, geometry, mesh, once, paced, paint, program, settling } from "gonio/gl.js";
 import { uniformsOf } from "gonio/hemisphere.js";
 import { aboutTable, hasTable, measured, modelled, withoutTable } from "gonio/modelled.js";
 import { scaleOf, SEQUENTIAL } from "gonio/palette.js";
@@ -96,10 +96,8 @@ export function mount(root, store) {
     const passes = passesOf(state, coarse);
     if (!passes.length) return;
     const name = `${state.body} ${passes[0].what.name} ${passes.length}`;
-    const pixels = box.width * box.height;
-    const share = shareOf(name, pixels, coarse);
     const white = Math.PI * 2 ** exposureOf(state) * norm(state);
-    timed(name, pixels * share * share, () =>
+    paced(name, box.width * box.height, coarse, (share) =>
       paint(ctx, box, share, (gl) => {
         const body = once(state.body, () => bodyOf(gl, state.body));
         for (const { what, mask, cell } of passes) {

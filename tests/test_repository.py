@@ -110,7 +110,6 @@ OPENED_ELSEWHERE = {
     "gonio/archive/download.py": "downloads are checked by their SHA-256 before anything reads them",
     "gonio/exporting/tabulating.py": "the table that was just written, as the content of an export",
     "gonio/files.py": "what was just written goes on to a device or a pipe",
-    "gonio/viewing/assembled.py": "the files of the page, which are installed with gonio",
     "gonio/measured/stack_store.py": "a checksum of files that the door has checked",
 }
 

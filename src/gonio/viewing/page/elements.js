@@ -30,3 +30,17 @@ export function oneOf(label, name, options, chosen, onchoose) {
   }
   return group;
 }
+
+// Builds a part of the page anew: the control that had the focus there has it again, by its name.
+export function anew(root, build) {
+  const held = root.contains(document.activeElement) ? nameOf(document.activeElement) : "";
+  build();
+  if (!held || root.contains(document.activeElement)) return;
+  const controls = [...root.querySelectorAll("button, input, select, summary")];
+  controls.find((one) => nameOf(one) === held)?.focus({ preventScroll: true });
+}
+
+function nameOf(control) {
+  const label = control.labels?.[0];
+  return `${control.type} ${control.ariaLabel ?? (label?.querySelector("span") ?? label ?? control).textContent}`;
+}

@@ -240,7 +240,9 @@ def test_a_model_is_typed_as_slowly_as_one_likes(tab):
 def test_the_wavelength_is_dragged(tab):
     tab.evaluate("gonio.actions.chooseSet(1)")
     settle(tab)
-    box = tab.locator("section.data input[type=range]").bounding_box()
+    slider = tab.locator("section.data input[type=range]")
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
     middle = box["y"] + box["height"] / 2
     tab.mouse.move(box["x"] + 4, middle)
     tab.mouse.down()

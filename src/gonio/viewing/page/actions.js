@@ -6,6 +6,7 @@ import { snapped } from "gonio/weights.js";
 
 export function actionsOf(store) {
   const state = store.get();
+  let choices = 0;
   const actions = {
     async chooseSet(k) {
       if (!state.sets[k].value) await fetched(state, k);
@@ -25,7 +26,9 @@ export function actionsOf(store) {
     async chooseModel(kind, name, k = state.set) {
       const set = state.sets[k];
       const fit = kind === "fit" ? set.fits[name] : null;
+      const turn = (choices += 1);
       const module = await source.model(fit ? fit.model : name);
+      if (turn !== choices) return; // another was chosen meanwhile: the last choice holds, whichever comes first
       const { declaration } = module;
       const model = { declaration, module };
       const groups = fit ? fit.parameters.map((p) => p.cells) : groupsOf(set, declaration);

@@ -147,7 +147,13 @@ export function mount(root, store, actions) {
     return { box, show };
   }
 
-  store.watch(["set", "sets"], (state) => anew(data, () => showData(state)));
+  // Nothing is built anew while a slider in it is dragged, unless another scan is shown or named.
+  let known = "";
+  store.watch(["set", "sets"], (state) => {
+    const now = [state.set, ...state.sets.map((one) => one.name)].join("\n");
+    if (now !== known) anew(data, () => showData(state));
+    known = now;
+  });
   store.watch(["set", "sets", "block"], (state) => showBlock(state));
   store.watch(["set", "model", "fit", "sets"], showModels);
   store.watch(["set", "block", "model", "fit", "sets", "ranges"], (state) => anew(model, () => showModel(state)));

@@ -261,21 +261,18 @@ STATES = {
 }
 
 
-# In the dark other colours are seen, and nothing else is other than in the light.
-RULES = {
-    "light": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]},
-    "dark": {"type": "rule", "values": ["color-contrast", "link-in-text-block"]},
-}
+# Of what is right axe then tells one element a rule: it is twice as quick.
+OPTIONS = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"], "resultTypes": ["violations"]}
 
 
-@pytest.mark.parametrize("scheme", RULES)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing(scheme, tab):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     tab.emulate_media(color_scheme=scheme)
     for state, script in STATES.items():
         tab.evaluate(script or "0")
         settle(tab)
-        found = axe.run(tab, options={"runOnly": RULES[scheme]})
+        found = axe.run(tab, options=OPTIONS)
         wrong = [(one["id"], [node["html"][:200] for node in one["nodes"]]) for one in found.response["violations"]]
         assert wrong == [], state
         assert "color-contrast" in {one["id"] for one in found.response["passes"]}, state

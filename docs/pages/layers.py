@@ -1,11 +1,9 @@
 """Put the figures of benchmarks/wavelengths.json between the marks of docs/howto/layers.md: part of `make pages`."""
 
-import json
 import math
 import re
-import sys
 
-from _pages import BENCHMARKS, DOCS, table
+from _pages import BENCHMARKS, DOCS, table, write
 
 RECORD, PAGE = BENCHMARKS / "wavelengths.json", DOCS / "howto" / "layers.md"
 BEGIN, END = "<!-- from benchmarks/wavelengths.json -->", "<!-- end -->"
@@ -42,16 +40,11 @@ def heights(fit: dict) -> str:
     return ", ".join(f"{h * nm / 1000 / (4 * math.pi):.4f} ({nm:g} nm)" for nm, h in phases.items())
 
 
-def main() -> int:
-    if not RECORD.exists():
-        print(f"{PAGE.name} stays as it is: there is no {RECORD}; make wavelengths makes it", file=sys.stderr)
-        return 0
-    page = PAGE.read_text(encoding="utf-8")
-    found = text(json.loads(RECORD.read_text(encoding="utf-8")))
+def page(found: dict) -> str:
+    """The page with the figures of a record between its marks."""
     inside = re.compile(f"{re.escape(BEGIN)}\n.*{re.escape(END)}", re.DOTALL)
-    PAGE.write_text(inside.sub(lambda _: f"{BEGIN}\n{found}\n{END}", page), encoding="utf-8")
-    return 0
+    return inside.sub(lambda _: f"{BEGIN}\n{text(found)}\n{END}", PAGE.read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    write(page, RECORD, PAGE, "make wavelengths")

@@ -9,7 +9,9 @@ export function actionsOf(store) {
   let choices = 0;
   const actions = {
     async chooseSet(k) {
+      const turn = (choices += 1);
       if (!state.sets[k].value) await fetched(state, k);
+      if (turn !== choices) return; // another was chosen while this one was fetched
       const [fitted] = Object.keys(state.sets[k].fits);
       const name = state.model?.declaration.name ?? state.first;
       await (fitted !== undefined && !(state.beginWithModel && k === 0) ? actions.chooseModel("fit", fitted, k) : actions.chooseModel("model", name, k));

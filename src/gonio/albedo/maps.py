@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.special import ndtri, stdtrit
 
 from gonio.albedo.integrals import QUADRATURE, black_sky_of_terms, nadir_of_terms, white_sky_of_terms
+from gonio.fitting.certainty.quantiles import normal, student_t
 from gonio.measured.dataset import ABSOLUTE as PER_STERADIAN
 from gonio.model import Model
 
@@ -120,7 +120,7 @@ def _shape(fits: xr.Dataset, model: Model) -> dict[str, float]:
 def _coverage_factor(fits: xr.Dataset, lanes: list[str]) -> Values:
     """Half the 95 % interval over the standard uncertainty, of every pixel."""
     if fits.attrs.get("covariance") == "absolute":
-        return np.full([fits.sizes[d] for d in lanes], float(ndtri(0.5 + LEVEL / 2)))
+        return np.full([fits.sizes[d] for d in lanes], float(normal(0.5 + LEVEL / 2)))
     if "freedom" in fits:
         freedom = fits["freedom"].transpose(*lanes).values
     else:
@@ -128,4 +128,4 @@ def _coverage_factor(fits: xr.Dataset, lanes: list[str]) -> Values:
         if "held" in fits:
             free = free & ~fits["held"]
         freedom = (fits["points"] - free.sum(dim="parameter")).transpose(*lanes).values
-    return np.asarray(stdtrit(np.maximum(freedom, 1), 0.5 + LEVEL / 2))
+    return np.asarray(student_t(np.maximum(freedom, 1), 0.5 + LEVEL / 2))

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import stdtrit
 
 from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
 from gonio.fitting.certainty.hold_out import SETTLED, predictions
+from gonio.fitting.certainty.quantiles import student_t
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
 from gonio.model import Model
@@ -201,4 +201,4 @@ def alike(row: Row, best: Row) -> bool | None:
     if parts < FEWEST_PARTS:
         return None
     mean, error = behind(row, best)
-    return abs(mean) <= float(stdtrit(parts - 1, 0.975)) * error
+    return abs(mean) <= float(student_t(parts - 1, 0.975)) * error

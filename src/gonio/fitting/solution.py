@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.special import ndtri, stdtrit
 
+from gonio.fitting.certainty.quantiles import normal, student_t
 from gonio.fitting.objective.entries import group_labels
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.smooth import Smooth
@@ -134,8 +134,8 @@ class Solution(Readable):
         if not 0 < level < 1:
             raise ValueError(f"the level of an interval lies between 0 and 1, and is {level:g}")
         if self.covariance_kind == "absolute":
-            return float(ndtri(0.5 + level / 2))
-        return float(stdtrit(max(self.dataset.attrs["points"] - self.effective_values, 1), 0.5 + level / 2))
+            return float(normal(0.5 + level / 2))
+        return float(student_t(max(self.dataset.attrs["points"] - self.effective_values, 1), 0.5 + level / 2))
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Confidence interval (low, high) of every free value, symmetric about it.
@@ -162,7 +162,7 @@ class Solution(Readable):
 
     def expanded(self, random: Values, systematic: Values, level: float = 0.95) -> Values:
         """The same for any numbers that follow from the values, by their two standard uncertainties (m,)."""
-        second = np.where(np.isnan(systematic), 0.0, ndtri(0.5 + level / 2) * systematic)
+        second = np.where(np.isnan(systematic), 0.0, normal(0.5 + level / 2) * systematic)
         return np.hypot(self.coverage_factor(level) * random, second)
 
     @property

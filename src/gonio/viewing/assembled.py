@@ -22,6 +22,7 @@ ALONE = (
     "default-src 'none'; script-src {digests} data: blob:; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'none'; base-uri 'none'; form-action 'none'"
 )
+FIRST = ("/api/session", "/api/set/0.bin")  # what a page asks for first
 START = 'import "gonio/app.js";'
 
 
@@ -46,12 +47,24 @@ def _scripts() -> list[str]:
 
 
 @cache
-def served() -> tuple[str, str]:
-    """The page of a server, and its Content-Security-Policy."""
+def served(model: str) -> tuple[str, str]:
+    """The page of a server, and its Content-Security-Policy.
+
+    model: the one that the page begins with. All that the page asks for before it draws is named in its head, so that
+    a browser asks for it at once.
+    """
     imports = {f"gonio/{name}": f"/page/{name}" for name in _scripts()} | {"model/": "/api/model/"}
     text = _import_map(imports)
     styles = "\n".join(f'<link rel="stylesheet" href="/page/{name}">' for name in STYLES)
-    scripts = f'<script type="importmap">{text}</script>\n<script type="module" src="/page/app.js"></script>'
+    modules = [f"/page/{name}" for name in _scripts()] + [f"/api/model/{model}.js"]
+    scripts = "\n".join(
+        [
+            f'<script type="importmap">{text}</script>',
+            *(f'<link rel="preload" as="fetch" crossorigin href="{path}">' for path in FIRST),
+            *(f'<link rel="modulepreload" href="{path}">' for path in modules),
+            '<script type="module" src="/page/app.js"></script>',
+        ]
+    )
     policy = (
         f"default-src 'none'; script-src 'self' {_digest(text)}; style-src 'self'; img-src 'self' data: blob:; "
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"

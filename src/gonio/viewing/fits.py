@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtri
 
+from gonio.fitting.certainty.quantiles import normal
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.solution import Solution
 from gonio.resampling.difference import FLOOR
@@ -70,7 +70,7 @@ def _expanded(solution: Solution) -> npt.NDArray[np.float64]:
         for part in (solution.dataset[n].values for n in ("covariance", "shift_by_cause"))
     )
     expanded: npt.NDArray[np.float64] = (
-        solution.coverage_factor() ** 2 * covariance + ndtri(0.975) ** 2 * shifts.T @ shifts
+        solution.coverage_factor() ** 2 * covariance + normal(0.975) ** 2 * shifts.T @ shifts
     )
     return expanded
 

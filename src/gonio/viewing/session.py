@@ -1,6 +1,7 @@
 """What a page shows: scans, fits of them, and the models to choose from."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,7 @@ from gonio.fitting.solution import Solution
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.viewing.columns import Columns, columns_of
-from gonio.viewing.described import by_name
+from gonio.viewing.described import by_name, module, shader
 
 FIT = "fit"  # how a page calls the fit that it is handed without a name
 FIRST = "gonio-best"  # the model that a page begins with, where nothing else is asked for
@@ -87,6 +88,18 @@ class Session:
     def begins_with_fits(self) -> bool:
         """Whether scans without a fit are fitted unasked: nothing else was named to begin with."""
         return not self.values and not self.state
+
+    @property
+    def first_model(self) -> str:
+        """The name of the model that the page draws first: that of the first fit, unless another is asked for."""
+        fits = self.opened[0].fits
+        return next(iter(fits.values())).model.name if fits and not self.begin_with_model else self.model
+
+    def prepare(self) -> None:
+        """Write the formulas that the page asks for first; it takes as long as a browser takes to open."""
+        for text in (module, shader):
+            with suppress(ValueError, NotImplementedError):  # the page says it where it asks
+                text(self.models[self.first_model])
 
     def refuse_unshown(self) -> None:
         """ValueError for a scan or a fit that a page cannot show, before one is served or written."""

@@ -8,8 +8,6 @@ from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
-from scipy.integrate import quad
-from scipy.special import chndtr
 
 from gonio.acquisition.device import BEAM
 from gonio.geometry import Geometry
@@ -159,6 +157,8 @@ def kappa(theta_i: float, theta_r: float, beam_radius: float, view_radius: float
     The footprint has standard deviations w/(2 cos theta_i) in the plane and w/2 across; the field of view is an ellipse
     of half axes r_v/cos theta_r and r_v. Integrated across first, which is an error function, then in the plane.
     """
+    from scipy.integrate import quad
+
     if math.isinf(view_radius):
         return 1.0
     s_x, s_y = beam_radius / (2 * math.cos(math.radians(theta_i))), beam_radius / 2
@@ -220,6 +220,8 @@ class Light:
         Squared distances from the middle of the aperture, over the variance (w/2)^2, follow the noncentral chi-squared
         distribution of two degrees of freedom.
         """
+        from scipy.special import chndtr
+
         o = self.optics
         away, sigma = o.distance * math.tan(math.radians(min(off, BELOW - 1))), o.beam_radius / 2
         if away > o.aperture_radius + FAR * sigma:

@@ -18,9 +18,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.special import ndtr, ndtri
 
 from gonio.fitting.certainty.covariance import left_out, robust, tangent
+from gonio.fitting.certainty.quantiles import normal
 from gonio.fitting.objective.cells.linear import Plane
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.search.refit import refit
@@ -127,10 +127,12 @@ def bca(drawn: xr.Dataset, level: float = 0.95) -> dict[str, tuple[float, float]
     NaN also where draws pile up on the estimate, because that is at a bound: how many lie below it then says nothing
     about bias.
     """
+    from scipy.special import ndtr
+
     values, estimate = drawn["value"].values, drawn["estimate"].values[:, None]
     piled = np.any(values == estimate, axis=1)
-    bias = ndtri(np.where(piled, np.nan, np.mean(values < estimate, axis=1)))[:, None]
-    shifted = bias + ndtri(np.array([0.5 - level / 2, 0.5 + level / 2]))
+    bias = normal(np.where(piled, np.nan, np.mean(values < estimate, axis=1)))[:, None]
+    shifted = bias + normal(np.array([0.5 - level / 2, 0.5 + level / 2]))
     with np.errstate(invalid="ignore"):  # all draws on one side leave no interval
         tails = ndtr(bias + shifted / (1 - drawn["acceleration"].values[:, None] * shifted))
     return _quantiles(drawn, tails)

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.special import stdtrit
 
 from gonio.fitting.certainty.noise import EXACT, Kinds, Noise, estimated
+from gonio.fitting.certainty.quantiles import student_t
 from gonio.fitting.objective.blocks import BlockedProblem, LinearSet, in_blocks
 from gonio.fitting.objective.cells.linear import of_points
 from gonio.fitting.objective.problem import Problem
@@ -102,7 +102,7 @@ def scrutinise(problem: Problem, vector: npt.ArrayLike) -> Scrutiny:
     else:
         studentised = noise.studentised(residual, slopes)
     certainty = (len(residual) - free) / 3  # degrees of freedom of the noise at the ends of its range, by simulation
-    threshold = float(-stdtrit(certainty, CHANCE / 2 / count))  # two-sided, and of so many points (Bonferroni)
+    threshold = float(-student_t(certainty, CHANCE / 2 / count))  # two-sided, and of so many points (Bonferroni)
     agreement, certain = _agreement(points, studentised)
     return Scrutiny(points, studentised, threshold, agreement, certain > CERTAIN and agreement > MARKED)
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import erf
 
 Values = npt.NDArray[np.float64]
 UNDER, OVER, BEAM = "under", "over", "beam"
@@ -74,6 +73,8 @@ def kappa(theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, radius: float, view: f
 
         kappa = Int_-a^a N(x; s_x) erf(b sqrt(1 - x^2/a^2)/(sqrt(2) s_y)) dx.
     """
+    from scipy.special import erf
+
     angles = np.broadcast_arrays(np.radians(np.asarray(theta_i, float)), np.radians(np.asarray(theta_r, float)))
     sigma_x, sigma_y = radius / (2 * np.cos(angles[0]))[..., None], radius / 2
     half = (view / np.cos(angles[1]))[..., None]

@@ -22,7 +22,7 @@ import * as notebook from "gonio/notebook.js";
 import * as panel from "gonio/panel.js";
 import * as source from "gonio/source.js";
 import * as sphere from "gonio/sphere.js";
-import { createStore } from "gonio/state.js";
+import { createStore, frame } from "gonio/state.js";
 import * as status from "gonio/status.js";
 import * as top from "gonio/top.js";
 
@@ -77,11 +77,6 @@ async function start() {
   compare.mount(place("panel"), place("curves"), store);
   files.mount(place("panel"), store, actions);
   drag.mount(place("curves"), store, actions);
-  gl.start(store);
-  fetchTables(store);
-  map.mount(place("map"), store);
-  lobe.mount(place("lobe"), store);
-  sphere.mount(place("sphere"), store);
   status.mount(place("status"), store);
   laws.mount(place("status"), store);
   link.mount(store);
@@ -90,6 +85,14 @@ async function start() {
   alone.mount(place("panel"), store);
   notebook.mount(place("top").querySelector(".actions"), store, actions);
   await actions.chooseSet(0);
+  await frame();
+  await frame();
+  document.documentElement.dataset.curves = "true"; // the first curve is seen: what takes longer begins
+  gl.start(store);
+  fetchTables(store);
+  map.mount(place("map"), store);
+  lobe.mount(place("lobe"), store);
+  sphere.mount(place("sphere"), store);
   await link.begin(store, actions, session.state);
   store.set({ sets: state.sets.slice() });
   window.gonio = { store, actions }; // for tests, and for the curious

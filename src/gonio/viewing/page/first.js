@@ -2,8 +2,7 @@
 // gives way to whatever the user does meanwhile.
 
 import { served } from "gonio/source.js";
-
-const frame = () => new Promise((done) => (document.hidden ? setTimeout(done, 0) : requestAnimationFrame(done)));
+import { frame } from "gonio/state.js";
 
 // What a user who did nothing leaves as it is.
 const WATCHED = ["set", "model", "fit", "values", "locked", "dragging"];

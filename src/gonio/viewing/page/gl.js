@@ -47,7 +47,9 @@ export function start(store) {
   });
   window.addEventListener("pagehide", release);
   window.addEventListener("pageshow", (event) => event.persisted && extension()?.restoreContext());
-  store.watch(["model"], (state) => state.model && load(store, state.model.declaration.name));
+  const shade = (state) => state.model && load(store, state.model.declaration.name);
+  store.watch(["model"], shade);
+  shade(store.get());
 }
 
 // What a view says where it cannot draw.

@@ -28,6 +28,9 @@
 // findings    of the scan whose findings came last: what `gonio check` warns of
 // error       what went wrong, to be shown
 
+// The next frame; a hidden page is given none.
+export const frame = () => new Promise((done) => (document.hidden ? setTimeout(done, 0) : requestAnimationFrame(done)));
+
 export function createStore(state) {
   const watchers = [];
   let changed = new Set();

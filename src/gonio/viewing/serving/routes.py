@@ -54,8 +54,8 @@ def application(
     return made
 
 
-async def _page(_: Request) -> Response:
-    text, policy = served()
+async def _page(request: Request) -> Response:
+    text, policy = served(request.app.state.session.first_model)
     return Response(text, media_type="text/html", headers={"Content-Security-Policy": policy})
 
 

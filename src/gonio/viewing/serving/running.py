@@ -87,6 +87,7 @@ def serve(
         if not serving.is_private:
             warn(f"--expose: {EXPOSED}")
         ready(f"http://{names[0]}:{port}/?token={token}")
+        threading.Thread(target=session.prepare, daemon=True).start()
         server.run(sockets=[socket_])
 
 

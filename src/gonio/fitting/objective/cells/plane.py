@@ -15,15 +15,17 @@ T = C - U (1 - sqrt(a / (S^2 + a))) U'C.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_matrix
 
 from gonio.fitting.objective.cells.slopes import Slopes
 from gonio.fitting.objective.cells.structure import Bucket
 from gonio.fitting.objective.tangent import DETERMINED, INVOLVED
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -137,6 +139,8 @@ class CellPlane:
 
         slope (points,): by how much less than for squared errors a loss pulls back a residual that grows.
         """
+        from scipy.sparse import csr_matrix
+
         gain, influences = self.influences(slope)
         n, g = len(self._units), len(self._joint)
         out, middle = np.zeros((n, n)), np.zeros((g, g))
@@ -300,8 +304,10 @@ def _add(total: Values, places: Places, squares: Values) -> None:
     np.add.at(total, (places[:, :, None], places[:, None, :]), squares)
 
 
-def _sparse(bucket: Bucket, blocks: Values, form: tuple[int, int]) -> csr_matrix:
+def _sparse(bucket: Bucket, blocks: Values, form: tuple[int, int]) -> "csr_matrix":
     """Blocks (k, m, t) at the own and the joint values of their cells, as a sparse matrix (n, g)."""
+    from scipy.sparse import csr_matrix
+
     rows = np.broadcast_to(bucket.own[:, :, None], blocks.shape)
     columns = np.broadcast_to(bucket.joint[:, None, :], blocks.shape)
     return csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=form)

@@ -1,6 +1,8 @@
 """Materials for Radiance."""
 
+import itertools
 import math
+import operator
 
 import numpy as np
 import pytest
@@ -8,6 +10,9 @@ import pytest
 from crosscheck.export_files import RADIANCE, channels, subject
 from gonio import catalogue, export, fit, simulate
 from gonio.exporting.entry import write
+from gonio.exporting.languages.language import CALL
+from gonio.exporting.languages.radiance import CAL
+from gonio.exporting.running import executed
 from gonio.exporting.source import pairs
 from gonio.exporting.targets.radiance.cal import LOOPS, evaluated
 from gonio.symbols.formula import formula_of
@@ -36,6 +41,17 @@ def test_a_model_that_is_a_sum_is_refused_with_the_remedy(name, tmp_path):
     with pytest.raises(ValueError, match="--to radiance-xml"):
         export(model, tmp_path / "surface.rad", to="radiance", values=dict.fromkeys(model.weights, 0.3))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("op", ["lt", "le", "eq", "and", "or"])
+def test_comparisons_and_logic_are_choices_by_sign(op, tmp_path):
+    text, _ = CAL.infix(op, ("x", CALL), ("y", CALL))
+    module = tmp_path / "choice.py"
+    module.write_text(f"def found(x, y):\n    return {text.replace('if(', 'chosen(')}\n", encoding="utf-8")
+    found = executed(module, known={"chosen": lambda sign, yes, no: yes if sign > 0 else no})["found"]
+    right = {"and": min, "or": max}.get(op, lambda x, y: 1 if getattr(operator, op)(x, y) else -1)
+    for x, y in itertools.product((-1, 1), repeat=2):
+        assert found(x, y) == right(x, y)
 
 
 def test_a_lambertian_is_a_plastic_without_a_highlight(tmp_path):

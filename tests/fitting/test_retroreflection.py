@@ -15,7 +15,7 @@ RETRO = [model for model in catalogue.values() if "rho_r" in model.terms]
 NOISE = 0.05
 SHEETING = {"rho_s": 0.5, "rho_d": 0.15, "rho_r": 0.4, "width": 0.3, "w_b": 0.03, "c_b": 1.7}
 GLASS = {"index": 1.5, "extinction": 0.0}
-THETA_I, THETA_R = np.arange(5.0, 71.0, 10.0), np.arange(-75.0, 76.0, 5.0)
+THETA_I, THETA_R = np.arange(5.0, 66.0, 15.0), np.arange(-75.0, 76.0, 5.0)
 QUICK = Projection(grid=3, searches=1, line=5, rounds=1)
 
 
@@ -60,7 +60,7 @@ def test_light_is_drawn_towards_the_source():
 
 
 def test_a_retroreflector_is_predicted_to_its_noise():
-    """At incidence angles left out: within a tenth of the noise, where gonio-best is off by a factor of two and more."""
+    """At incidence angles left out: within a tenth of the noise, where gonio-best is off by a factor of two."""
     noise = NOISE / np.log(10)
     options = {"weighting": "log", "left_out": "theta_i", "solver": QUICK, "workers": 1}
     (with_lobe,) = compare(sheeting(), [catalogue["ggx-retro"]], held=GLASS, **options)

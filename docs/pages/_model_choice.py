@@ -51,7 +51,11 @@ def paragraph() -> str:
         "**Mirror-like scatter** (polished optics): no measured scan is of this kind; take "
         "[`harvey-shack`](harvey-shack.md) or [`abg`](abg.md), whose numbers stray-light programs read, or "
         "[`rayleigh-rice`](rayleigh-rice.md), whose parameters are those of the height spectrum: they depend on the "
-        "distance to the mirror direction in direction cosines, as the scatter of polished surfaces does."
+        "distance to the mirror direction in direction cosines, as the scatter of polished surfaces does. "
+        "**Brushed metal that was turned** between scans, and **retroreflectors**: no measured scan here is of these kinds; "
+        "[`gonio-best-grain`](gonio-best-grain.md) and three more have two widths and the azimuth of the grain, "
+        "[`gonio-best-retro`](gonio-best-retro.md) and [`ggx-retro`](ggx-retro.md) a lobe back to the source "
+        "([how](../howto/grain.md))."
     )
 
 

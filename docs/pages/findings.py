@@ -16,6 +16,7 @@ HEAD = """# Mistakes that a scan shows
 `gonio info FILE` and `gonio check FILE` look for the mistakes below before anything is fitted; `gonio fit`, `compare` and `plot` print
 the warnings among them on standard error. With `--json -` both give them under `findings`, each with `name`, `severity`, `evidence` and
 `remedy`. In Python: `gonio.check(scan)`. All are warnings or notes: a scan may be right all the same. A retroreflector looks like a reversed sign.
+Not a mistake, but noted too: `grain`, where values change as a surface is turned ([what to fit](howto/grain.md), a retroreflector as well).
 
 A remedy is a flag of every command that reads a scan. The mended scan says what was done in its history, and uncertainties change with
 the values. `gonio convert FILE OUT --flip` writes it. In Python each flag is a function of `gonio.findings.corrections`. Flags act in

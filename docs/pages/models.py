@@ -74,7 +74,7 @@ def equations(model: Model) -> Iterator[str]:
 def cited(text: str) -> str:
     """Publications by author and year in place of their keys, without the places in the project's own collection."""
     text = re.sub(r" \(formulas [^()]*\)|[;,] formulas [\d.]+", "", text)
-    return re.sub(r"\b[a-z]+\d{4}\b", lambda key: one.short if (one := reference(key[0])) else key[0], text)
+    return re.sub(r"\b[a-z]+\d{4}[a-z]*\b", lambda key: one.short if (one := reference(key[0])) else key[0], text)
 
 
 def from_equation(function: Callable[..., Any]) -> str:

@@ -106,8 +106,9 @@ class Model(Described):
         "reconstructed" where only an abstract was.
     combinations : mapping
         Numbers computed from several parameters that data determine better than the parameters themselves.
-    only_named : str
-        Why no search for the model of a surface tries this one unless it is named; empty where every search does.
+    only_named, for_turned : str, bool
+        Why no search for the model of a surface tries this one unless it is named, empty where every search does; and
+        whether searches try it only where the surface was turned about its normal (several phi_i).
 
     """
 
@@ -119,6 +120,7 @@ class Model(Described):
     confidence: str = "confirmed"
     combinations: Mapping[str, Callable[[Mapping[str, float]], float]] = field(default_factory=dict)
     only_named: str = ""
+    for_turned: bool = False
 
     def __post_init__(self) -> None:
         if not self.terms:
@@ -210,8 +212,7 @@ class Model(Described):
         horizon. Parameters left out take their defaults.
         Raises ValueError for a name that is no shape parameter of this model.
         """
-        values = self._terms(geometry, shape)
-        return {w: v[..., 0, 0] if _unit(self.terms[w]).mueller else v for w, v in values.items()}
+        return {w: v[..., 0, 0] if _unit(self.terms[w]).mueller else v for w, v in self._terms(geometry, shape).items()}
 
     def mueller_basis(self, geometry: Geometry, shape: Mapping[str, Array]) -> dict[str, Array]:
         """Mueller matrix (..., 4, 4) of every term, by weight; a scalar term depolarises: it has element 00 alone.

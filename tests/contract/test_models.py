@@ -153,23 +153,23 @@ def test_torch_differentiates(model):
 
 
 @settings(deadline=None, max_examples=200)
-@given(models_with_shape(), angle, angle, azimuth)
-def test_finite_and_non_negative(chosen, theta_i, theta_r, phi):
-    """Every term is finite and not negative over the declared bounds, grazing angles included."""
+@given(models_with_shape(), angle, angle, azimuth, azimuth)
+def test_finite_and_non_negative(chosen, theta_i, theta_r, phi, phi_i):
+    """Every term is finite and not negative over the declared bounds, grazing angles and turned surfaces included."""
     model, shape = chosen
-    for value in model.basis(Geometry.from_degrees(theta_i, theta_r, phi), shape).values():
+    for value in model.basis(Geometry.from_degrees(theta_i, theta_r, phi, phi_i), shape).values():
         assert np.isfinite(value)
         assert value >= 0 or "positivity" in model.violates
 
 
 @settings(deadline=None, max_examples=100)
-@given(models_with_shape(), angle, angle, azimuth)
-def test_reciprocity_as_declared(chosen, theta_i, theta_r, phi):
-    """Models that do not declare it keep Helmholtz reciprocity term by term."""
+@given(models_with_shape(), angle, angle, azimuth, azimuth)
+def test_reciprocity_as_declared(chosen, theta_i, theta_r, phi, phi_i):
+    """Models that do not declare it keep Helmholtz reciprocity term by term, however the surface is turned."""
     model, shape = chosen
     if "reciprocity" in model.violates:
         return
-    directions = Geometry.from_degrees(theta_i, theta_r, phi)
+    directions = Geometry.from_degrees(theta_i, theta_r, phi, phi_i)
     there = model.basis(directions, shape)
     back = model.basis(Geometry(*directions[3:], *directions[:3]), shape)
     for weight in model.weights:

@@ -36,7 +36,8 @@ def scene():
     made.world = bpy.data.worlds.new("dark")
     made.world.use_nodes = True
     made.world.node_tree.nodes["Background"].inputs[1].default_value = 0.0
-    bpy.ops.mesh.primitive_plane_add(size=10)
+    # Cycles takes an edge of a triangle for dPdu, here the diagonal: the camera sees one of the two, with that along x.
+    bpy.ops.mesh.primitive_plane_add(size=10, location=(0, 2.8, 0), rotation=(0, 0, 0.75 * math.pi))
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", 0.1
     made.camera = bpy.data.objects.new("camera", camera)

@@ -68,6 +68,10 @@ def shaded(one, viewer, light, bins=1):
 def test_the_class_gives_the_model(name, tmp_path):
     if name == "modified-beckmann-kirchhoff":
         pytest.skip("ten seconds of nested quadrature, printed by the same printer as the others")
+    if catalogue[name].for_turned:  # a grain, which Raysect cannot place
+        with pytest.raises(ValueError, match="a direction of its own"):
+            exported(weighed(name), tmp_path)
+        return
     assert exported(weighed(name), tmp_path).prove().holds
 
 

@@ -11,6 +11,7 @@ from gonio.models.schott2009 import _tilt_integral
 from gonio.optics.masking import shadowing_and_obscuration, v_groove
 from gonio.optics.wu import shadowing
 
+SECOND = {"w_y": "w_x", "m_y": "m_x"}  # of two widths, which the first is given: then no axis is preferred
 LEAST = 1e-6  # formulas 0: cosines are kept above this
 STRETCH = {"anisotropic"}  # 0 at default; Ward's two widths have the same default and the same bounds
 POLES = [[30, 30, 180], [70, 70, 180], [0, 40, 180], [40, 0, 180], *([t, t, 0] for t in range(10, 90, 10))]
@@ -23,7 +24,8 @@ def test_only_the_angle_between_the_azimuths_counts(name, where):
     """Where no axis of the surface is preferred, it looks the same when turned under the light."""
     model = catalogue[name]
     middle = {n: p.lower + (p.upper - p.lower) * where for n, p in model.shape.items() if where and n not in STRETCH}
-    shape = {n: np.asarray(value) for n, value in middle.items()}
+    equal = {n: middle.get(one, model.shape[one].default) for n, one in SECOND.items() if n in model.shape}
+    shape = {n: np.asarray(value) for n, value in (middle | equal).items()}
     ways = [(model.basis, EVERYWHERE)]
     if model.polarised:  # along the normal the axes of the Stokes parameters are the surface's own
         ways += [(model.mueller_basis, EVERYWHERE[:, (EVERYWHERE[0] > 0) & (EVERYWHERE[1] > 0)])]

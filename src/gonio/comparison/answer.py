@@ -119,7 +119,7 @@ def answer(
 ) -> Answer:
     """The best of some models, or of the whole catalogue, for a scan; `options` are those of ProblemOptions."""
     asked, watch = asked or Asked(), watch or Watch()
-    models = list(models or everything())
+    models = tried(scan, list(models or everything()))
     if is_degree(scan):
         models = [model for model in models if model.polarised] if is_everything(models) else models
     elif not all(model.polarised for model in models):
@@ -166,10 +166,19 @@ def _raced(
 
 
 def everything() -> list[Model]:
-    """Every model of the catalogue that a search tries without its name being given."""
+    """Every model of the catalogue that a search tries for any scan without its name being given."""
     from gonio.models import catalogue
 
-    return [model for model in catalogue.values() if not model.only_named]
+    return [model for model in catalogue.values() if not (model.only_named or model.for_turned)]
+
+
+def tried(scan: xr.Dataset, models: list[Model]) -> list[Model]:
+    """The models, and where they are all that a search tries and the surface was turned, those for such a surface."""
+    from gonio.models import catalogue
+
+    if not (is_everything(models) and dataset.is_turned(scan)):
+        return models
+    return models + [model for model in catalogue.values() if model.for_turned and model not in models]
 
 
 def polarised() -> list[Model]:

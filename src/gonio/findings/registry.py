@@ -9,6 +9,7 @@ import xarray as xr
 from gonio.findings import angles, clipped, magnitude
 from gonio.findings.cosine import cosine_left_in
 from gonio.findings.curves import Curve, curves, reflected
+from gonio.findings.grain import grain
 from gonio.findings.turned import turned
 from gonio.measured.check import Finding, worst_first
 from gonio.measured.check import check as basic
@@ -84,5 +85,5 @@ def check(scan: xr.Dataset, table: Sequence[Reflectance] = ()) -> list[Finding]:
     seen = Measured(scan, table)
     # what a lobe or the energy of a BRDF shows says nothing of a ratio
     if seen.flat.sizes["direction"] and not is_degree(scan):
-        found = [finding for look in MISTAKES.values() for finding in look(seen)] + found
+        found = [finding for look in MISTAKES.values() for finding in look(seen)] + grain(seen.flat) + found
     return worst_first(found)

@@ -52,7 +52,7 @@ def turned(flat: xr.Dataset) -> list[Finding]:
         f"the light lies in the backscatter direction at {len(back)} of {len(angles)} incidence angles, {times}"
         + f"; the peak is at theta_r = -theta_i at {len(at_mirror)}" * bool(at_mirror)
     )
-    looks = "a retroreflector looks the same"
+    looks = "a retroreflector looks the same (--model gonio-best-retro, ggx-retro)"
     if dataset.is_in_plane(flat).all():
         remedy = (
             "positive theta_r (phi 180) is the forward side here: if the file counts the other way, give --flip, or "

@@ -32,7 +32,7 @@ _LETTERS = {
     "f0": "F_0",
     "f1": "F_1",
 }
-_GREEK = {"alpha", "gamma", "theta", "rho", "sigma", "tau", "Omega"}
+_GREEK = {"alpha", "gamma", "theta", "rho", "sigma", "tau", "psi", "Omega"}
 
 
 def symbol(name: str) -> str:

@@ -89,6 +89,11 @@ def make_scan(
     return scan
 
 
+def is_turned(scan: xr.Dataset) -> bool:
+    """Whether the surface was turned about its normal while it was measured: the scan has several phi_i."""
+    return "phi_i" in scan.coords and len(np.unique(np.mod(scan["phi_i"].values, 360.0))) > 1
+
+
 def said_to_be_simulated(history: str) -> dict[str, str]:
     """The attribute `simulated` of a scan whose history says that it was, wherever the scan has been since."""
     said = re.search(r"(?:^|: )(simulated from \S+)", history, re.MULTILINE)

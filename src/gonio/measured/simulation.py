@@ -29,6 +29,7 @@ def simulate(
     wavelength: float | None = None,
     instrument: Instrument = IDEAL,
     polarisation: str | Sequence[str] = (),
+    phi_i: npt.ArrayLike | None = None,
 ) -> xr.Dataset:
     """Simulate a scan of the plane of incidence: a model at every pair of `theta_i` and signed `theta_r`, with noise.
 
@@ -57,6 +58,8 @@ def simulate(
     polarisation : str or sequence of str
         The states in which every direction is read, such as ("s", "p"), of a model with a Mueller matrix; one that
         names a degree of polarisation, ">q" or ">dolp", gives values with the unit 1.
+    phi_i : array_like, optional
+        Azimuths [deg] of the source from the surface's own x axis: the surface is turned, and measured at each.
 
     Returns
     -------
@@ -70,12 +73,13 @@ def simulate(
 
     """
     labels = [polarisation] if isinstance(polarisation, str) else list(polarisation)
-    mesh = np.meshgrid(theta_i, theta_r, labels or [""], indexing="ij")
-    incidence, reflection, state = (a.ravel() for a in mesh)
+    mesh = np.meshgrid(theta_i, theta_r, labels or [""], 0.0 if phi_i is None else phi_i, indexing="ij")
+    incidence, reflection, state, turn = (a.ravel() for a in mesh)
     said = {} if wavelength is None else {"wavelength": np.full(incidence.shape, float(wavelength))}
     said |= {POLARISATION: state} if labels else {}
     unit = DEGREE if any(map(is_of_degree, labels)) else unit
-    scan = make_scan(incidence, reflection, np.zeros(incidence.shape), unit=unit, coordinates=said)
+    zero = np.zeros(incidence.shape)
+    scan = make_scan(incidence, reflection, zero, phi_i=None if phi_i is None else turn, unit=unit, coordinates=said)
     at_points = {
         name: np.array([value[angle] for angle in incidence]) if isinstance(value, Mapping) else value
         for name, value in values.items()

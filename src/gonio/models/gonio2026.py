@@ -10,9 +10,10 @@ from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
 from gonio.models.guo2023 import HalfWidth, reciprocal_lorentz_lobe
-from gonio.optics.distributions import draw_beckmann, draw_gtr
-from gonio.optics.facets import beckmann_slopes, gtr_normals
+from gonio.optics.distributions import draw_beckmann, draw_elliptical, draw_elliptical_gtr, draw_gtr
+from gonio.optics.facets import beckmann_slopes, elliptical_gtr_normals, gtr_normals
 from gonio.optics.fresnel import schlick
+from gonio.optics.grain import AlongAxes, Azimuth, along_axes, grain_azimuth
 from gonio.optics.kirchhoff import Wavelength, shift_squared
 from gonio.optics.lorentz import profile
 from gonio.optics.sampling import FacetNormals
@@ -23,6 +24,8 @@ RmsHeight = Annotated[float, Parameter(0.05, 0.001, 1.0, "rms height that light 
 Width = Annotated[float, Parameter(0.05, 0.002, 1.0, "width of the unscattered lobe, as a slope")]
 Tail = Annotated[float, Parameter(1.5, 1.0, 4.0, "exponent of its tail: 1 is Cauchy-Lorentz, 2 is GGX")]
 Slope = Annotated[float, Parameter(0.25, 0.02, 1.0, "total rms slope of the scattered lobe")]
+SlopeX = Annotated[float, Parameter(0.1, 0.02, 1.0, "sqrt(2) times the rms slope of the scattered lobe along psi")]
+SlopeY = Annotated[float, Parameter(0.3, 0.02, 1.0, "sqrt(2) times its rms slope at right angles to that axis")]
 Reach = Annotated[float, Parameter(0.8, 0.05, 2.0, "distance from the mirror direction at which forward scatter ends")]
 
 
@@ -100,6 +103,57 @@ def scattered_lobe_of_height(
     return scattered_lobe(g, f0, _phase(sigma, wavelength), m)
 
 
+def _widths(width: Array, c: Array, m_x: Array, m_y: Array, **_: Array) -> tuple[Array, Array, Array]:
+    return width, c, m_x / m_y
+
+
+@drawn_by(AlongAxes(FacetNormals(elliptical_gtr_normals, draw_elliptical_gtr, of=_widths)))
+def unscattered_lobe_of_grain(
+    g: Geometry, f0: Normal, h: Phase, width: Width, c: Tail, m_x: SlopeX, m_y: SlopeY, psi: Azimuth
+) -> PerSteradian:
+    r"""The unscattered lobe, its slopes stretched by a grain in the ratio of the scattered lobe's two slopes.
+
+    .. math::
+
+        \begin{aligned}
+        f_u &= \frac{F\,\mathrm{e}^{-g}\,D}{2\,(\cos\theta_i + \cos\theta_r)} \\
+        g &= \left(h\,\frac{\cos\theta_i + \cos\theta_r}{2}\right)^2 \\
+        D &= \frac{K\,(1 + E)^{c - 2}}{\cos^4\alpha\,(w^2 + E)^c} \\
+        E &= t_x^2\,\frac{m_y}{m_x} + t_y^2\,\frac{m_x}{m_y} \\
+        K &= \frac{(c - 1)(1 - w^2)}{\pi\,(w^{2 - 2c} - 1)}
+        \end{aligned}
+
+    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`), the slopes t are along axes at the azimuth
+    :math:`\psi` (:func:`.along_axes`), :math:`K = (w^2 - 1)/(\pi\ln w^2)` at :math:`c = 1`, and w is the geometric mean
+    of both widths.
+    """
+    variance = _phase_variance(g, h)
+    in_phase = namespace(variance).exp(-variance)
+    normals = elliptical_gtr_normals(along_axes(g, psi), *_widths(width, c, m_x, m_y))
+    return schlick(g.cos_beta, f0) * in_phase * normals * _rough_masking(g)
+
+
+@drawn_by(AlongAxes(FacetNormals(beckmann_slopes, draw_elliptical, of=lambda m_x, m_y, **_: (m_x, m_y))))
+def scattered_lobe_of_grain(g: Geometry, f0: Normal, h: Phase, m_x: SlopeX, m_y: SlopeY, psi: Azimuth) -> PerSteradian:
+    r"""The scattered lobe with two rms slopes, along and across the grain (heitz2014smith).
+
+    .. math::
+
+        \begin{aligned}
+        f_s &= \frac{F\,(1 - \mathrm{e}^{-g})\,D}{2\,(\cos\theta_i + \cos\theta_r)} \\
+        g &= \left(h\,\frac{\cos\theta_i + \cos\theta_r}{2}\right)^2 \\
+        D &= \frac{\exp(-t_x^2/m_x^2 - t_y^2/m_y^2)}{\pi m_x m_y\cos^4\alpha}
+        \end{aligned}
+
+    where F is Schlick's reflectance of :math:`F_0` (:func:`.schlick`), and the slopes t are along axes at the azimuth
+    :math:`\psi` (:func:`.along_axes`).
+    """
+    variance = _phase_variance(g, h)
+    out_of_phase = -namespace(variance).expm1(-variance)
+    normals = beckmann_slopes(along_axes(g, psi), m_x, m_y)
+    return schlick(g.cos_beta, f0) * out_of_phase * normals * _rough_masking(g)
+
+
 def forward_lobe(g: Geometry, gamma: HalfWidth, s: Reach) -> PerSteradian:
     r"""Scatter by the phase function 1 - cos(2 beta) (chandrasekhar1960), as gamma lets light in and out (guo2023).
 
@@ -154,6 +208,20 @@ gonio_best = Model(
         "rho_dd": reciprocal_lorentz_lobe,
         "rho_f": forward_lobe,
     },
+)
+
+gonio_best_grain = Model(
+    name="gonio-best-grain",
+    title="gonio-best of two slopes, grain",
+    cite="gonio2026",
+    terms={
+        "rho_u": unscattered_lobe_of_grain,
+        "rho_s": scattered_lobe_of_grain,
+        "rho_dd": reciprocal_lorentz_lobe,
+        "rho_f": forward_lobe,
+    },
+    combinations={"azimuth of the grain": grain_azimuth("m_x", "m_y")},
+    for_turned=True,
 )
 
 gonio_best_spectral = Model(

@@ -42,6 +42,12 @@ def draw_student(u: Array, v: Array, width: Array, c: Array) -> Slopes:
     return turned(width * xp.sqrt(squared), v)
 
 
+def draw_elliptical_student(u: Array, v: Array, along: Array, c: Array, across: Array) -> Slopes:
+    """The same with a width along each of the surface's axes."""
+    x, y = draw_student(u, v, 1.0, c)
+    return along * x, across * y
+
+
 def draw_ggx(u: Array, v: Array, width: Array) -> Slopes:
     """Slopes by GGX: facets.ggx_slopes."""
     return draw_student(u, v, width, 2.0)
@@ -62,6 +68,13 @@ def draw_gtr(u: Array, v: Array, width: Array, c: Array) -> Slopes:
     log_squared = xp.log(squared)
     log_ratio = xp.log1p(u * xp.expm1(-power * log_squared)) / power
     return turned(xp.sqrt(-squared * xp.expm1(log_ratio) / xp.expm1(log_squared + log_ratio)), v)
+
+
+def draw_elliptical_gtr(u: Array, v: Array, width: Array, c: Array, ratio: Array) -> Slopes:
+    """The same, stretched along the surface's x axis by sqrt(ratio) and along y by its inverse."""
+    x, y = draw_gtr(u, v, width, c)
+    stretch = ratio**0.5
+    return x * stretch, y / stretch
 
 
 def power_normals(g: Geometry, B: Array, C: Array) -> Array:

@@ -110,12 +110,21 @@ def gtr_normals(g: Geometry, width: Array, c: Array) -> Array:
 
     where :math:`K = (w^2 - 1)/(\pi\ln w^2)` at :math:`c = 1` and :math:`K = 1/\pi` at :math:`w = 1`.
     """
-    xp = namespace(g.cos_alpha)
-    squared = width**2
-    logarithm = xp.log(squared)
-    constant = _mean_exponential(logarithm) / _mean_exponential((1 - c) * logarithm)
     # g^2 cos^2 + sin^2 in a form that keeps its digits where the tilt is small and g is a thousandth
-    return constant / (math.pi * (g.cos_alpha**2 * (squared + g.tan_alpha_squared)) ** c)
+    return _gtr_constant(width, c) / (math.pi * (g.cos_alpha**2 * (width**2 + g.tan_alpha_squared)) ** c)
+
+
+def elliptical_gtr_normals(g: Geometry, width: Array, c: Array, ratio: Array) -> Array:
+    """The same with slopes stretched along the x axis by sqrt(ratio) and along y by its inverse: as many normals."""
+    squared = g.slope_x**2 / ratio + g.slope_y**2 * ratio  # before the stretch
+    of_stretched = ((1 + g.tan_alpha_squared) / (1 + squared)) ** 2
+    isotropic = _gtr_constant(width, c) / math.pi * ((1 + squared) / (width**2 + squared)) ** c
+    return isotropic * of_stretched
+
+
+def _gtr_constant(width: Array, c: Array) -> Array:
+    logarithm = namespace(width).log(width**2)
+    return _mean_exponential(logarithm) / _mean_exponential((1 - c) * logarithm)
 
 
 def reflected(g: Geometry, normals: Array, masking: Array) -> Array:

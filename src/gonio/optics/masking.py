@@ -87,8 +87,17 @@ def beckmann_lambda(cos: Array, m: Array) -> Array:
         x &= \frac{\cot\theta}{m}
         \end{aligned}
     """
-    xp = namespace(cos)
-    x = cos / (m * _sine(cos))
+    return _beckmann_at(cos / (m * _sine(cos)))
+
+
+def elliptical_beckmann_lambda(x: Array, y: Array, z: Array, along: Array, across: Array) -> Array:
+    """Smith's Lambda of Gaussian slopes, sqrt(2) times their rms `along` and `across` the x axis (heitz2014smith)."""
+    return _beckmann_at(z / _reach(x, y, along, across))
+
+
+def _beckmann_at(x: Array) -> Array:
+    """Lambda at a cotangent in units of the width."""
+    xp = namespace(x)
     return (special("erf", x) - 1) / 2 + xp.exp(-(x**2)) / (2 * math.sqrt(math.pi) * x)
 
 
@@ -126,6 +135,13 @@ def _ggx_root(cos: Array, width: Array) -> Array:
     return namespace(cos).sqrt(cos**2 + width**2 * (1 - cos**2))
 
 
+def _reach(x: Array, y: Array, along: Array, across: Array) -> Array:
+    """Sine of the polar angle times the width at the azimuth of (x, y), kept above zero as `_sine` is."""
+    squared = (along * x) ** 2 + (across * y) ** 2
+    xp = namespace(squared)
+    return xp.sqrt(xp.where(squared < 1e-18, 1e-18, squared))
+
+
 def _sine(cos: Array) -> Array:
     """Sine of the polar angle, kept above zero so that the normal direction has a finite, vanishing Lambda."""
     xp = namespace(cos)
@@ -152,8 +168,18 @@ def student_lambda(cos: Array, width: Array, c: Array) -> Array:
 
     where :math:`\Gamma` is the gamma function.
     """
-    xp = namespace(cos)
-    x = cos / (width * _sine(cos))
+    return _student_at(cos / (width * _sine(cos)), c)
+
+
+@once_each
+def elliptical_student_lambda(x: Array, y: Array, z: Array, along: Array, across: Array, c: Array) -> Array:
+    """Smith's Lambda of Student's t slopes of width `along` and `across` the x axis (heitz2014smith), as above."""
+    return _student_at(z / _reach(x, y, along, across), c)
+
+
+def _student_at(x: Array, c: Array) -> Array:
+    """Lambda at a cotangent in units of the width."""
+    xp = namespace(x)
     root = (c - 1) ** 0.5
     end = xp.asinh(x / root)
     nodes, weights = unit_interval(96, x)

@@ -45,6 +45,16 @@ def minima_lines(solution: "Solution") -> Iterator[Any]:
     yield strong("a lower minimum may exist", f": {more}; --setting searches={4 * searches} looks further")
 
 
+def grain_lines(solution: "Solution", points: "xr.Dataset") -> Iterator[Any]:
+    """That the surface has a grain and the model none, where the points that were fitted were turned and show it."""
+    from gonio.findings.grain import grain
+
+    if not solution.model.for_turned:
+        for finding in grain(points):
+            yield strong("the surface has a grain", f": {finding.what}, and {solution.model.name} has no azimuth of it")
+            yield finding.remedy
+
+
 COARSE = 0.1  # of what a fit leaves over: a change of the rule for the cones that shows
 
 

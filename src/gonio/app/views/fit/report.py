@@ -100,6 +100,7 @@ def lines(which: str, row: "Row", scrutiny: "Scrutiny", certainty: "Certainty") 
     yield f"{how}, {attrs['seconds']:.3g} s: {attrs['status']}"
     yield from provisos.sample_lines(solution)
     yield from provisos.minima_lines(solution)
+    yield from provisos.grain_lines(solution, scrutiny.points)
     yield from provisos.instrument_lines([solution])
     yield from provisos.loss_lines(solution)
     yield from values.smooth_lines(row)

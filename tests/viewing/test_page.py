@@ -10,7 +10,7 @@ from gonio import catalogue, join, simulate, write
 from viewed import complaints, served
 from viewing.opened import until
 
-pytestmark = [pytest.mark.xdist_group("viewer"), pytest.mark.no_cover]
+pytestmark = [pytest.mark.xdist_group("pages"), pytest.mark.no_cover]
 HOSTILE = "<img src=x onerror=alert(1)><script>alert(2)</script>\x1b[31m\u202egnp.exe"
 VALUES = {"rho_s": 0.3, "rho_d": 0.1, "width": 0.2}
 

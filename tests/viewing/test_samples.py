@@ -10,7 +10,7 @@ from gonio.formats import formats
 from viewed import served
 from viewing.opened import READY, opened
 
-pytestmark = [pytest.mark.xdist_group("viewer"), pytest.mark.no_cover]
+pytestmark = [pytest.mark.xdist_group("pages"), pytest.mark.no_cover]
 LARGEST = 100_000  # bytes of a sample, where a format has one that is smaller
 WIDTHS = (1280, 360)
 INK = 10  # pixels of colour that a view has at least where it draws anything: two dots of one curve
@@ -25,6 +25,27 @@ BEYOND = """(width) => Array.from(document.querySelectorAll("body *"))
   .filter((e) => e.checkVisibility() && !e.closest(".scroll, svg, dialog"))
   .filter((e) => e.getBoundingClientRect().right > width + 1)
   .map((e) => e.outerHTML.slice(0, 120))"""
+# Lines of text on each other, by more than letters are. The footer is over what is scrolled, and legends are not seen.
+COVERED = """() => {
+  const lines = [];
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const { data, parentElement } = texts.currentNode;
+    if (!data.trim() || !parentElement.checkVisibility()) continue;
+    if (parentElement.closest("footer, legend, select, dialog, .scroll")) continue;
+    const range = document.createRange();
+    range.selectNodeContents(texts.currentNode);
+    // What is below the end of its box is seen when that is scrolled.
+    const end = parentElement.closest(".chips")?.getBoundingClientRect().bottom ?? Infinity;
+    for (const { left, right, top, bottom, width } of range.getClientRects()) {
+      if (width > 2) lines.push({ data, box: { left, right, top, bottom: Math.min(bottom, end) } });
+    }
+  }
+  const shared = (a, b, from, to) => Math.min(a[to], b[to]) - Math.max(a[from], b[from]);
+  const over = (a, b) => shared(a, b, "left", "right") > 2 && shared(a, b, "top", "bottom") > 4;
+  const pairs = lines.flatMap((one, k) => lines.slice(k + 1).map((other) => [one, other]));
+  return pairs.filter(([a, b]) => over(a.box, b.box)).map((both) => both.map(({ data }) => data.slice(0, 60)));
+}"""
 # Of its curves the first three: the sixth colour is grey, and curves may lie on each other.
 CHOSEN = """async (k) => {
   await gonio.actions.chooseSet(k);
@@ -50,9 +71,11 @@ def files(sample_files):
 
 
 @pytest.fixture(scope="module")
-def page(chromium, files):
+def page(chromium, files, tmp_path_factory):
     """One page with a scan of every format, and what it complained of."""
-    quick = ("--model", "ggx", "--set", "width=0.3")  # to draw; and nothing is fitted
+    state = tmp_path_factory.mktemp("state") / "state.json"
+    state.write_text('{"v": 1}')
+    quick = ("--model", "lambert", "--state", state)  # a model that is soon drawn, and nothing is fitted
     with served(*files.values(), *quick) as address, opened(chromium, address) as shown:
         shown.wait_for_selector(READY)
         yield shown
@@ -72,6 +95,7 @@ def fits(page, width):
     assert page.evaluate("gonio.store.get().error") == ""
     assert page.evaluate("document.scrollingElement.scrollWidth") <= width
     assert page.evaluate(BEYOND, width) == []
+    assert page.evaluate(COVERED) == []
 
 
 @pytest.mark.parametrize("name", sorted(formats()))

@@ -14,7 +14,7 @@ from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
 from viewing.opened import READY, opened
 
-pytestmark = pytest.mark.xdist_group("viewer")
+pytestmark = pytest.mark.xdist_group("pages")
 
 # SwiftShader's exp, sin and pow are right to some 5e-4; the printed formulas lose less than that in single precision.
 RTOL = 1e-3

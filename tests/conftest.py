@@ -3,6 +3,7 @@
 import importlib
 import os
 import pkgutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import settings
 
 import samples
-from browser import browser
+from browser import shared
 from gonio import published, simulate
 from gonio.formats import recognise
 from gonio.models import catalogue
@@ -101,6 +102,13 @@ def shared_cases() -> Path:
 
 @pytest.fixture(scope="module")
 def chromium():
-    """A browser for one module: while it is open, nothing else of its process can have an event loop."""
-    with browser() as opened:
-        yield opened
+    """A browser, which is closed before a test of another folder that does not ask for it: see `Shared.close`."""
+    return shared.browser()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    yield
+    is_near = nextitem is not None and nextitem.path.parent == item.path.parent
+    if not is_near and "chromium" not in getattr(nextitem, "fixturenames", ()):
+        shared.close()

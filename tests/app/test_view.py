@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gonio import Problem, catalogue, fit, simulate, write
+from gonio.measured.check import Finding, Severity
 from gonio.viewing.assembled import parts
 
 HEAVY = ("matplotlib", "scipy.optimize", "scipy.stats", "jax", "distributed", "gonio.reporting")
@@ -89,6 +90,31 @@ def test_it_starts_without_what_a_first_curve_does_not_need(here):
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     print(f"{seconds:.2f} s of a processor")
     assert seconds < STARTED
+
+
+def test_a_table_is_checked_when_its_page_asks(run, here, monkeypatch):
+    """Of a million values that takes longer than the page; a scan is checked before, and its errors end the program."""
+    begun = []
+
+    def checked(scan, table=()):
+        begun.append("checked")
+        return [Finding(Severity.WARNING, "something is wrong", "mend it", name="wrong")]
+
+    def served(session, *_):
+        begun.append("served")
+        assert len(session.opened[0].findings) == 1
+
+    monkeypatch.setattr("gonio.findings.registry.check", checked)
+    monkeypatch.setattr("gonio.viewing.serving.running.serve", served)
+    size = (30, 15, 12)
+    numbers = np.full((3, *size), 100.0)
+    (here / "table.binary").write_bytes(np.array(size, "<i4").tobytes() + numbers.tobytes())
+    for name, order in {"table.binary": ["served", "checked"], "scan.csv": ["checked", "served"]}.items():
+        begun.clear()
+        code, _, err = run("view", name, "--no-browser")
+        assert (code, begun) == (0, order)
+        assert name in err
+        assert err.count("something is wrong") == 1
 
 
 def test_a_page_in_one_file_holds_a_fit(run, here, monkeypatch):

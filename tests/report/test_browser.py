@@ -5,9 +5,11 @@ import subprocess
 
 import pytest
 
+from browser import shared
 from report.conftest import KINDS
 
 pytestmark = pytest.mark.xdist_group("report")  # one process, which makes the pages once
+WIDTHS = (360, 1280)  # pixels: a telephone and a screen
 A4 = 297.0  # mm
 MARGINS = 34.0  # mm, above and below together
 MM = 96 / 25.4  # pixels
@@ -16,32 +18,36 @@ MM = 96 / 25.4  # pixels
 @pytest.fixture
 def shown(chromium, pages):
     """A page of a kind at a width; what it asked for and complained of must be nothing at the end."""
-    wrong, tabs = [], []
+    tab, wrong = shared.tab(), []
+    allowed = ("data:", *(path.as_uri() for path in pages.values()))
+    listeners = {
+        "console": lambda message: wrong.append(message.text),
+        "pageerror": lambda error: wrong.append(str(error)),
+        "request": lambda asked: None if asked.url.startswith(allowed) else wrong.append(asked.url),
+    }
+    for event, listener in listeners.items():
+        tab.on(event, listener)
 
     def show(kind, width):
-        tab = chromium.new_page(viewport={"width": width, "height": 900})
-        tabs.append(tab)
-        address = pages[kind].as_uri()
-        tab.on("console", lambda message: wrong.append(message.text))
-        tab.on("pageerror", lambda error: wrong.append(str(error)))
-        tab.on("request", lambda asked: None if asked.url.startswith((address, "data:")) else wrong.append(asked.url))
-        tab.goto(address)
+        tab.set_viewport_size({"width": width, "height": 900})
+        tab.goto(pages[kind].as_uri())
         return tab
 
     yield show
-    for tab in tabs:
-        tab.close()
+    for event, listener in listeners.items():
+        tab.remove_listener(event, listener)
     assert wrong == []
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("width", [360, 1280])
-def test_nothing_is_wider_than_the_screen(shown, kind, width):
-    tab = shown(kind, width)
+def test_nothing_is_wider_than_the_screen(shown, kind):
+    tab = shown(kind, WIDTHS[0])
     tab.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
-    assert tab.evaluate("document.scrollingElement.scrollWidth") <= width
-    beyond = "e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest('svg, thead')"
-    assert tab.evaluate(f"Array.from(document.querySelectorAll('main *')).filter({beyond}).length") == 0
+    for width in WIDTHS:
+        tab.set_viewport_size({"width": width, "height": 900})
+        assert tab.evaluate("document.scrollingElement.scrollWidth") <= width
+        beyond = "e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest('svg, thead')"
+        assert tab.evaluate(f"Array.from(document.querySelectorAll('main *')).filter({beyond}).length") == 0
     assert tab.title()
 
 

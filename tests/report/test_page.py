@@ -1,8 +1,10 @@
 """A report says what was found, hides nothing, and is harmless whatever a file is called."""
 
 import json
+import math
 import re
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import html5lib
 import pytest
@@ -11,8 +13,10 @@ import gonio
 from gonio.measured.masking import mask
 from gonio.models import catalogue
 from gonio.reporting.case import Case, Known
+from gonio.reporting.checks import reflectance
 from gonio.reporting.citation import reference
 from gonio.reporting.page import page
+from gonio.resampling.hemisphere import Reflectance
 from gonio.results.content import content
 from report.conftest import DATE, HOSTILE, KINDS, of, painted
 
@@ -135,6 +139,15 @@ def test_named_geometries_are_those_that_were_measured(pages):
         ("45:0", 45.0, 0.0),
         ("specular", 0.0, 0.0),
     ]
+
+
+def test_reflectance_at_8_deg_is_marked_as_d_8():
+    found = [Reflectance({}, theta_i, math.nan, 0.3, 0.9) for theta_i in (0.0, 8.0, 10.5, 10.6)]
+    (table,) = reflectance(SimpleNamespace(table=found))
+    assert [row[0].text.endswith("deg (as d/8)") for row in table.rows] == [False, True, True, False]
+    assert "by reciprocity" in table.caption
+    (table,) = reflectance(SimpleNamespace(table=found[:1]))
+    assert "d/8" not in table.caption
 
 
 def test_the_ranking_and_the_verdict_are_told(pages):

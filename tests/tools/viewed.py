@@ -73,11 +73,15 @@ export async function opened() {
 """
 
 
+# What a browser says of speed: of software graphics, and of canvases that a test reads.
+OF_SPEED = ("GL Driver Message", "Canvas2D: Multiple readback operations")
+
+
 def complaints(tab: Any) -> list[str]:
-    """What a tab writes to its console from now on, but for what software graphics say of their own speed."""
+    """What a tab writes to its console from now on, but for what is said of speed; of an error where it arose."""
     wrong: list[str] = []
-    tab.on("console", lambda message: None if "GL Driver Message" in message.text else wrong.append(message.text))
-    tab.on("pageerror", lambda error: wrong.append(str(error)))
+    tab.on("console", lambda said: None if any(w in said.text for w in OF_SPEED) else wrong.append(said.text))
+    tab.on("pageerror", lambda error: wrong.append(getattr(error, "stack", str(error))))
     return wrong
 
 

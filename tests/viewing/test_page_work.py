@@ -15,6 +15,8 @@ from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.pairs import pair
 from gonio.viewing.session import Opened, Session
+from viewing.opened import READY
+from viewing.opened import opened as in_kept_tab
 
 pytestmark = pytest.mark.xdist_group("viewer")
 SCRIPT = "<script>document.title='owned'</script>\x07.csv"
@@ -346,18 +348,17 @@ def test_a_file_is_dropped(page):
 def test_in_one_file_what_needs_a_server_says_so(chromium, session, tmp_path):
     path = tmp_path / "page.html"
     path.write_text(in_one_file(session, session.needed()), encoding="utf-8")
-    context = chromium.new_context()
-    page = opened(context, path.as_uri())
-    for text in ("Fit", "Compare all", "Open a scan …"):
-        assert page.locator(f"button:text-is('{text}')").is_disabled()
-    assert "gonio view" in page.inner_text("section.fit [role=status]")
-    page.locator("body").press("f")
-    until(page, "Boolean(window.gonio.store.get().pair)")  # it was computed when the page was written
-    page.click("#top >> text=Export")
-    with page.expect_download() as handed:
-        page.click(".exports >> text=CSV")
-    assert handed.value.suggested_filename == "a-phong.csv"
-    assert page.locator(".exports >> text=Download").is_disabled()
-    assert page.complaints == []
-    assert json.loads(page.locator("#gonio-held").text_content())["pairs"]
-    context.close()
+    with in_kept_tab(chromium, path) as page:
+        page.wait_for_selector(READY)
+        for text in ("Fit", "Compare all", "Open a scan …"):
+            assert page.locator(f"button:text-is('{text}')").is_disabled()
+        assert "gonio view" in page.inner_text("section.fit [role=status]")
+        page.locator("body").press("f")
+        until(page, "Boolean(window.gonio.store.get().pair)")  # it was computed when the page was written
+        page.click("#top >> text=Export")
+        with page.expect_download() as handed:
+            page.click(".exports >> text=CSV")
+        assert handed.value.suggested_filename == "a-phong.csv"
+        assert page.locator(".exports >> text=Download").is_disabled()
+        assert page.said == []
+        assert json.loads(page.locator("#gonio-held").text_content())["pairs"]

@@ -12,8 +12,9 @@ from gonio.geometry import Geometry
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
+from viewing.opened import READY, opened
 
-pytestmark = pytest.mark.xdist_group("viewer")
+pytestmark = pytest.mark.xdist_group("pages")
 
 # SwiftShader's exp, sin and pow are right to some 5e-4; the printed formulas lose less than that in single precision.
 RTOL = 1e-3
@@ -94,11 +95,9 @@ def page(chromium, tmp_path_factory):
     scan = make_scan([30.0, 30.0], [-20.0, 20.0], [0.1, 0.2])
     path = tmp_path_factory.mktemp("page") / "page.html"
     path.write_text(in_one_file(Session([Opened("scan", scan)], model="lambert"), list(catalogue)), encoding="utf-8")
-    opened = chromium.new_page()
-    opened.goto(path.as_uri())
-    opened.wait_for_selector("html[data-ready=true]", timeout=20_000)
-    yield opened
-    opened.close()
+    with opened(chromium, path) as shown:
+        shown.wait_for_selector(READY)
+        yield shown
 
 
 def listed(geometry, count=None):

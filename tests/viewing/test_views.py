@@ -3,6 +3,7 @@
 import base64
 import re
 import statistics
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from gonio import catalogue, simulate
 from gonio.measured.dataset import make_scan
 from gonio.viewing.assembled import in_one_file
 from gonio.viewing.session import Opened, Session
-from viewing.opened import until
+from viewing.opened import READY, opened, until
 
 pytestmark = pytest.mark.xdist_group("viewer")
 
 ANGLES = np.arange(-80.0, 81, 2)
+SIZE = {"width": 780, "height": 900}
 MOST = 50.0  # ms of a slider event
 EVENTS = 20
 
@@ -52,24 +54,12 @@ BYTES = """
 
 
 class Page:
-    """A page in one file, and what it wrote to the console."""
+    """A page in one file, which is open."""
 
-    def __init__(self, chromium, folder, session, models=("gonio-best", "ggx", "lambert"), **context):
-        path = folder / "page.html"
-        path.write_text(in_one_file(session, list(models)), encoding="utf-8")
-        self.page = chromium.new_page(**context)
-        self.said = []
-        self.page.on("console", lambda m: self.said.append(m.text) if m.type == "error" else None)
-        self.page.on("pageerror", lambda e: self.said.append(str(e)))
-        self.path = path.as_uri()
-
-    def open(self, before=""):
-        if before:
-            self.page.add_init_script(before)
-        self.page.goto(self.path)
-        self.page.wait_for_selector("html[data-ready=true]", timeout=20_000)
+    def __init__(self, page):
+        self.page = page
+        self.page.wait_for_selector(READY)
         self.settle()
-        return self
 
     def settle(self):
         """Wait until what is drawn coarser while something moves is drawn as it should be: by a timer of the page.
@@ -99,10 +89,22 @@ class Page:
         return self.page.inner_text(at)
 
 
+@contextmanager
+def shown_of(chromium, folder, session, models, **options):
+    """A page in one file with some models, open."""
+    path = folder / "page.html"
+    path.write_text(in_one_file(session, list(models)), encoding="utf-8")
+    with opened(chromium, path, **options) as page:
+        yield Page(page)
+
+
 @pytest.fixture(scope="module")
 def shown(chromium, tmp_path_factory):
+    """In a context of its own: other tests open pages while this one stays as it is."""
     session = Session([Opened("plane", simulated()), Opened("around", around()), Opened("colours", colours())])
-    return Page(chromium, tmp_path_factory.mktemp("views"), session, viewport={"width": 780, "height": 900}).open()
+    models = ("gonio-best", "ggx", "lambert")
+    with shown_of(chromium, tmp_path_factory.mktemp("views"), session, models, viewport=SIZE) as page:
+        yield page
 
 
 MAP, LOBE, BODY = "#map canvas.hemisphere", "#lobe canvas", "#sphere canvas"
@@ -115,7 +117,7 @@ def test_a_slider_moves_all_views(shown):
     after = [shown.pixels(at) for at in (MAP, LOBE, BODY)]
     for one, other in zip(before, after, strict=True):
         assert (one != other).any()
-    assert shown.said == []
+    assert shown.page.said == []
 
 
 def test_every_canvas_says_in_numbers_what_is_seen(shown):
@@ -192,11 +194,40 @@ def test_the_light_is_moved_by_keys_and_by_pointer(shown):
     assert shown.run("return store.get().lamp;") == [0, 0]
 
 
+# What is copied to canvases of views, as wide and high as it is seen there, and how many plots of curves are cleared.
+COUNT = """
+  window.counted = { copied: {}, curves: 0 };
+  const { drawImage, clearRect } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.drawImage = function (...given) {
+    (window.counted.copied[this.canvas.className] ??= []).push(given.slice(7));
+    return drawImage.apply(this, given);
+  };
+  CanvasRenderingContext2D.prototype.clearRect = function (...given) {
+    if (this.canvas.closest("#curves")) window.counted.curves++;
+    return clearRect.apply(this, given);
+  };
+  window.uncount = () => Object.assign(CanvasRenderingContext2D.prototype, { drawImage, clearRect });
+"""
+
+
 def test_a_slider_event_is_quick(shown):
-    """Curve, map and sphere of gonio-best at 400 x 400 in software, while it is dragged: the median of 20 events."""
+    """Curve, map and sphere of gonio-best at 400 x 400 in software, while it is dragged: the median of 20 events.
+
+    While something moves the page draws as many pixels as there is time for, and all of them when it rests.
+    """
     shown.run("store.set({ mapView: 'model', quantity: 'f' }); await actions.chooseModel('model', 'gonio-best');")
     shown.settle()
-    assert [shown.pixels(at).shape[:2] for at in (BODY,)] == [(400, 400)]
+    assert shown.pixels(BODY).shape[:2] == (400, 400)
+    shown.run(COUNT)
+    shown.run("actions.move(6, 0.04); store.flush();")
+    drawn = shown.run("return window.counted;")
+    # the map and the sphere by the graphics, the lobe too; values and residuals of the curves
+    assert {name: list(set(map(tuple, boxes))) for name, boxes in drawn["copied"].items()} == {
+        "hemisphere": [(400, 400)],
+        "body": [(400, 400)],
+    }
+    assert len(drawn["copied"]["body"]) == drawn["curves"] == 2
+    shown.run("window.uncount();")
     medians = []
     for _ in range(5):  # other programs on the machine take their time from it
         times = shown.run(f"""
@@ -257,37 +288,39 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
 """
 
 
+def plane():
+    return Session([Opened("plane", simulated())], model="lambert")
+
+
 def test_without_webgl_the_views_say_so(chromium, tmp_path):
     """The curves are drawn all the same."""
-    page = Page(chromium, tmp_path, Session([Opened("plane", simulated())], model="lambert"), ["lambert"]).open(WITHOUT)
-    for view in ("map", "lobe", "sphere"):
-        assert "no WebGL 2" in page.text(f"#{view} .warning")
-    assert page.page.query_selector("#curves canvas")
-    assert page.said == []
-    page.page.close()
+    with shown_of(chromium, tmp_path, plane(), ["lambert"], before=WITHOUT) as shown:
+        for view in ("map", "lobe", "sphere"):
+            assert "no WebGL 2" in shown.text(f"#{view} .warning")
+        assert shown.page.query_selector("#curves canvas")
+        assert shown.page.said == []
 
 
 def test_a_shader_that_does_not_compile_is_told(chromium, tmp_path, monkeypatch):
     monkeypatch.setattr("gonio.viewing.assembled.shader", lambda model: "float brdf(vec3 w_i, vec3 w_r) { return oh; }")
-    page = Page(chromium, tmp_path, Session([Opened("plane", simulated())], model="lambert"), ["lambert"]).open()
-    assert "does not compile lambert" in page.text("#sphere .warning")
-    assert "oh" in page.text("#map .warning")
-    assert page.page.query_selector("#curves canvas")
-    assert "model" in page.label(LOBE)  # it is computed, and drawn without the shader of the model
-    page.page.close()
+    with shown_of(chromium, tmp_path, plane(), ["lambert"]) as shown:
+        assert "does not compile lambert" in shown.text("#sphere .warning")
+        assert "oh" in shown.text("#map .warning")
+        assert shown.page.query_selector("#curves canvas")
+        assert "model" in shown.label(LOBE)  # it is computed, and drawn without the shader of the model
 
 
 def test_relative_values_are_drawn_as_grey(chromium, tmp_path):
     """What is sent back as much as on geometric average is drawn as 18 % of white, at an exposure of 0 stops."""
     scan = simulate(catalogue["lambert"], {"rho": 700.0}, [0.0, 45.0], ANGLES, unit="a.u.")
-    page = Page(chromium, tmp_path, Session([Opened("plane", scan)], model="lambert"), ["lambert"]).open()
-    page.run("store.set({ lamp: [0, 0], exposure: 0 });")
-    page.settle()
-    picture = page.pixels(BODY)
-    middle = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0]
-    np.testing.assert_allclose(middle, 255 * (1.055 * 0.18 ** (1 / 2.4) - 0.055), atol=1)  # as sRGB encodes it
-    assert "mid grey" in page.text("#sphere .note")
-    page.page.close()
+    session = Session([Opened("plane", scan)], model="lambert")
+    with shown_of(chromium, tmp_path, session, ["lambert"]) as shown:
+        shown.run("store.set({ lamp: [0, 0], exposure: 0 });")
+        shown.settle()
+        picture = shown.pixels(BODY)
+        middle = picture[picture.shape[0] // 2, picture.shape[1] // 2, 0]
+        np.testing.assert_allclose(middle, 255 * (1.055 * 0.18 ** (1 / 2.4) - 0.055), atol=1)  # as sRGB encodes it
+        assert "mid grey" in shown.text("#sphere .note")
 
 
 def test_a_model_with_integrals_within_integrals_is_drawn_from_a_table(shown):

@@ -4,7 +4,7 @@ A command takes a dataclass as one argument; on the command line each of its fie
 (`gonio.app.flags`). So an option is declared once, in the dataclass, whatever the number of commands that have it.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from gonio.measured.check import Finding
     from gonio.model import Model
 
 NO_PIPES = "files, not pipes or -"  # which formats cannot be recognised in, as a file is opened more than once
@@ -160,6 +161,18 @@ def refuse_unused(page: Page, out: str) -> None:
         raise ValueError("the options of figures need --out, which writes one: add it, or leave them out")
 
 
+def tell_findings(path: Path, findings: "Sequence[Finding]") -> None:
+    """The warnings of `check` to standard error; ValueError for the first of its errors."""
+    from gonio.app.output import warn
+    from gonio.measured.check import Severity
+
+    for finding in findings:
+        if finding.severity is Severity.ERROR:
+            raise ValueError(f"{path}: {finding}")
+        if finding.severity is Severity.WARNING:
+            warn(path, finding)
+
+
 @dataclass(frozen=True, kw_only=True)
 class ScanOptions:
     """What mends a scan, and which part of it is used; values of options are those of the mended scan."""
@@ -190,8 +203,6 @@ class ScanOptions:
         or compared may be wrong: it is not made worse by that.
         """
         from gonio import check, read
-        from gonio.app.output import warn
-        from gonio.measured.check import Severity
         from gonio.measured.dataset import select
         from gonio.measured.masking import mask
 
@@ -199,11 +210,8 @@ class ScanOptions:
         if self.blocked or self.floor:
             floor = arguments.number(self.floor, "--floor") if self.floor else None
             data = mask(data, blocked=self.blocked, floor=floor)
-        for finding in check(data) if findings else ():
-            if finding.severity is Severity.ERROR:
-                raise ValueError(f"{path}: {finding}")
-            if finding.severity is Severity.WARNING:
-                warn(path, finding)
+        if findings:
+            tell_findings(path, check(data))
         return data
 
     def read_joint(self, paths: list[Path], joint: bool) -> "xr.Dataset":

@@ -8,10 +8,13 @@ from gonio.plausibility import Verdict, of_scan
 from gonio.reporting.blocks import Cell, Facts, Lines, Notes, Section, Table, count, filled, number
 from gonio.reporting.case import Case
 from gonio.reporting.citation import of_gonio, reference
+from gonio.resampling.hemisphere import Reflectance
 from gonio.results.energy import findings as energy_findings
 from gonio.results.implausible import implausible
 from gonio.results.numbers import figure
 
+EIGHT = 8.0  # deg, of the geometry of reflectance that is called d/8
+NEAR = 2.5  # deg: light no farther off stands for it
 HOLDS = {True: "holds", False: "violated", None: "no verdict"}
 
 
@@ -77,9 +80,22 @@ def citation(case: Case) -> Section:
 
 def reflectance(case: Case) -> Iterator[Table]:
     """The reflectance over the directions that were measured, each with how much of the hemisphere they cover."""
-    rows = [[Cell(one.where), number(one.value), number(100 * one.covered, 3)] for one in case.table]
+    rows = [[Cell(_light(one), one.where), number(one.value), number(100 * one.covered, 3)] for one in case.table]
     heads = ["direction of the light", "reflectance", "hemisphere covered [%]"]
     caption = (
         "Reflectance of the measured values, integrated over the measured solid angle alone: no model fills the rest."
     )
+    if any(map(_is_at_eight, case.table)):
+        caption += (
+            f" As d/8 is marked what is lit from within {NEAR:g}° of {EIGHT:g}°: by reciprocity it is the reflectance "
+            "of diffuse light seen from there, the specular part included."
+        )
     yield Table("measured-reflectance", caption, heads, rows)
+
+
+def _is_at_eight(one: Reflectance) -> bool:
+    return abs(one.theta_i - EIGHT) <= NEAR
+
+
+def _light(one: Reflectance) -> str:
+    return f"{one.where} (as d/8)" if _is_at_eight(one) else one.where

@@ -1,10 +1,10 @@
 """What a page shows: scans, fits of them, and the models to choose from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -15,17 +15,24 @@ from gonio.models import catalogue
 from gonio.viewing.columns import Columns, columns_of
 from gonio.viewing.described import by_name, module, shader
 
+if TYPE_CHECKING:
+    from gonio.measured.check import Finding
+
 FIT = "fit"  # how a page calls the fit that it is handed without a name
 FIRST = "gonio-best"  # the model that a page begins with, where nothing else is asked for
 
 
 @dataclass
 class Opened:
-    """A scan on a page, and the fits of it by name."""
+    """A scan on a page, and the fits of it by name.
+
+    checked_by: called once with what `check` finds, which it may refuse by a ValueError.
+    """
 
     name: str
     scan: xr.Dataset
     fits: dict[str, Solution] = field(default_factory=dict)
+    checked_by: "Callable[[Sequence[Finding]], None]" = lambda found: None
 
     @cached_property
     def columns(self) -> Columns:
@@ -33,14 +40,20 @@ class Opened:
         return columns_of(self.name, self.scan)
 
     @cached_property
+    def checked(self) -> "Sequence[Finding]":
+        """What `gonio check` finds."""
+        from gonio.findings.registry import check
+
+        found = check(self.scan)
+        self.checked_by(found)
+        return found
+
+    @property
     def findings(self) -> list[dict[str, str]]:
         """What `gonio check` warns of."""
-        from gonio.findings.registry import check
         from gonio.measured.check import Severity
 
-        return [
-            {"severity": str(f.severity), "text": str(f)} for f in check(self.scan) if f.severity is not Severity.NOTE
-        ]
+        return [{"severity": str(f.severity), "text": str(f)} for f in self.checked if f.severity is not Severity.NOTE]
 
     @cached_property
     def fittable(self) -> bool:

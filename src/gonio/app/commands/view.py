@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -12,7 +13,7 @@ from gonio import catalogue
 from gonio.app import names, talk
 from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
-from gonio.app.options import Force, ScanOptions, Scans
+from gonio.app.options import Force, ScanOptions, Scans, tell_findings
 from gonio.app.output import Plain, progress_bar, show
 from gonio.door.json_text import load
 from gonio.fitting.solution import Solution
@@ -144,10 +145,14 @@ def _given(name: str, values: ValueOptions) -> dict[str, float]:
 
 def _opened(path: Path, used: ScanOptions) -> "Opened":
     from gonio.viewing.session import Opened
+    from gonio.viewing.sparse import is_table
 
     solution: Solution | None = _fit_in(path)
     if solution is None:
-        return Opened(path.name, used.read(path))
+        opened = Opened(path.name, used.read(path, findings=False), checked_by=partial(tell_findings, path))
+        if not is_table(opened.scan):  # of a million values that takes longer than all else: the page asks for it later
+            _ = opened.checked
+        return opened
     used.refuse_for(path, "a fit")
     if not solution.has_scan:
         raise ValueError(f"{path}: holds a fit without its scan: give the scan, and the fit by --solution")

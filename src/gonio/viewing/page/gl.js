@@ -20,6 +20,7 @@ const shared = {
   made: new Map(),
   programs: new Map(),
   cost: new Map(), // ms for each pixel
+  least: Infinity, // ms of the quickest drawing: what one takes however few its pixels are
   lost: false,
   compiled: false, // whether a program was made since the last drawing began
   finer: false, // whether a view that was drawn at rest could have more pixels
@@ -172,7 +173,10 @@ export function paced(name, pixels, coarse, work) {
   const begun = performance.now();
   shared.compiled = false;
   work(share);
-  const each = (performance.now() - begun) / Math.max(pixels * share * share, 1);
+  const taken = performance.now() - begun;
+  shared.least = Math.min(shared.least, taken);
+  // Few pixels take hardly less than none: without this they would seem slow, and be drawn as few for ever.
+  const each = Math.max(taken - shared.least, taken / 4) / Math.max(pixels * share * share, 1);
   const known = shared.cost.get(name);
   // A drawing that compiles too says little of the next, and one of few pixels less than one at rest.
   if (!shared.compiled && known) shared.cost.set(name, coarse ? 0.5 * (known + each) : each);

@@ -1,0 +1,1 @@
+"""What a measurement says beyond its model: the residual of a fit, learned and carried to directions not measured."""

@@ -77,11 +77,12 @@ lock: ## pins every dependency anew (needs uv)
 	$(COMPILE) --extra build --extra cluster benchmarks/peers.in --override benchmarks/peers-override.in -c locks/test.lock \
 		-o locks/bench.lock
 	printf 'eradiate-mitsuba\nmaterialx\npygltflib\npyyaml\nraysect\nusd-core\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/exports.lock
-	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\nwgpu\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
+	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\ntmm\nwgpu\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
 	printf 'anywidget\njupyterlab\nplaywright\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/jupyter.lock
 
 BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck designs figures fuzz interrupt \
-	intervals lowest mutation mutation-printers newest nist planted renders slopes spectral validated
+	intervals lowest mutation mutation-printers newest nist planted renders slopes spectral validated \
+	wavelengths
 ifndef INSIDE
 .PHONY: $(BY_HAND)
 $(BY_HAND):

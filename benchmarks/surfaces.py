@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from gonio import read
+from gonio.measured.dataset import make_scan
 from gonio.measured.masking import mask
 
 DATA = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
@@ -50,3 +51,23 @@ def surfaces() -> Iterator[tuple[str, xr.Dataset]]:
     yield from ((path.stem, usable(path, positive=True)) for path in sorted(SCANS.glob("*.csv")))
     yield "AnoBlackEC1onAlum", anoblack_ec1()
     yield "merl_aluminium_slice", merl_aluminium()
+
+
+def coating_at_four_wavelengths(least: float = 0.0) -> xr.Dataset:
+    """AnoBlack NiTE on Invar at four wavelengths, from `least` [nm] on: the BRDF of the reduced file of blacklab."""
+    path = DATA / "raw" / "blacklab" / "nite_invar_sample.txt"
+    heads, *rows = (line.split() for line in path.read_text(encoding="latin-1").splitlines()[5:])
+    values = np.array(rows, dtype=float)
+    wavelengths = {k: float(head.removesuffix("nm")) for k, head in enumerate(heads) if head.endswith("nm")}
+    parts = []
+    for column, wavelength in wavelengths.items():
+        one = make_scan(
+            values[:, 0],
+            values[:, 2],
+            values[:, column] / np.pi,  # reflectance factors
+            values[:, 3],
+            coordinates={"wavelength": np.full(len(values), wavelength)},
+        )
+        if wavelength >= least:
+            parts.append(mask(one, exclude=one["brdf"].values <= 0))
+    return xr.concat(parts, "direction")

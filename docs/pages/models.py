@@ -113,6 +113,8 @@ def physics(model: Model) -> Iterator[str]:
     yield ""
     for law, why in model.violates.items():
         yield from (f"Breaks {law}: {why}.", "")
+    if model.only_named:
+        yield from (f"Fitted only where it is named: {model.only_named}.", "")
     yield from (f"![{model.name}](../images/models/{model.name}.png)", "")
 
 

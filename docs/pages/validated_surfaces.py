@@ -14,6 +14,7 @@ T_S, T_C = ("torrance-sparrow",), ("wang-2016", "liu-2016")
 PAPER = {"T-S": 57.16, "T-C": 30.61}  # guo2023, averages of Tables 2 and 3 [%], of its own metric and in sample
 PEERS = {"AnoBlackEC1onAlum": 0.0445, "merl_aluminium_slice": 0.0733}  # lg RMSE of a 13-value binomial, in sample
 LISTED = 12
+BARE, OVER, COATED, FREED = "student-t", "student-t-coated", "coated-body", "coated-body, its index free"
 FLAT = "a diffuse lobe as wide as a Lambertian"
 HALFWAY = 1.5  # between the exponents of the two tails
 CLEAR = 0.05  # of an error: a difference that is told
@@ -71,10 +72,14 @@ def lines(found: dict[str, Any]) -> list[str]:
     return [
         "## Which model predicts best",
         "",
-        f"Made by `make validated` on {found['date']} ({found['machine']}). Each of the {len(next(iter(some.values())))} models of the",
-        "catalogue is fitted in logarithms, so that every decade counts alike, with nothing free by incidence angle, and judged by lg",
+        f"Made by `make validated` on {found['date']} ({found['machine']}). Each of the {len(next(iter(some.values())))} models",
+        "that a search tries is fitted in logarithms, so that every decade counts alike, with nothing free by incidence angle, and judged by lg",
         "RMSE, the rms error of the decimal logarithm, at each incidence angle in turn that its fit was not shown.",
         *OLD_METRIC * (found["date"] < FLOORED),
+        *(
+            f"Of {' and '.join(f'`{one}`' for one in names)} they were made on {when}."
+            for when, names in found.get("added", {}).items()
+        ),
         "",
         *conclusions(some),
         papers_metric(found),
@@ -94,6 +99,10 @@ def lines(found: dict[str, Any]) -> list[str]:
         f"### What each part of `{OURS}` is worth",
         "",
         *parts(found),
+        "",
+        "### A coated diffuse body",
+        "",
+        *coated(found),
         "",
     ]
 
@@ -216,6 +225,58 @@ def parts(found: dict[str, Any]) -> list[str]:
     middle = np.exp(np.mean(np.log(ratios), axis=0))
     out.append("| **geometric mean** | | " + " | ".join(f"**{ratio:.2f}**" for ratio in middle) + " |")
     return [*out, "", *lobe(found)]
+
+
+def coated(found: dict[str, Any]) -> list[str]:
+    """Left-out errors of coated bodies beside those of a Lambertian under the same facets, and where each wins."""
+    some = {name: scan for name, scan in found["scans"].items() if name not in PEERS}
+    columns = {
+        name: {model: error(scan["models"][model]) for model in (BARE, OVER, COATED, OURS)}
+        for name, scan in some.items()
+    }
+    for name, scan in some.items():
+        columns[name][FREED] = error(scan["freed"])
+    heads = (BARE, OVER, COATED, FREED, OURS)
+    out = [
+        f"Left-out lg RMSE. `{OVER}` is `{BARE}` with a [coated body](models/{OVER}.md) of index 1.5 in the place of its Lambertian, as many",
+        f"values. `{COATED}` has one index for the facets and the body, held at 1.5: two values fewer. In the last column but one it is free.",
+        "",
+        "| scan | " + " | ".join(heads) + " |",
+        "|---|" + "---:|" * len(heads),
+    ]
+    for name, row in columns.items():
+        cells = [
+            f"**{row[h]:.4f}**" if h != OURS and row[h] == min(row[x] for x in heads[:-1]) else f"{row[h]:.4f}"
+            for h in heads
+        ]
+        out.append(f"| {name} | " + " | ".join(cells) + " |")
+    means = [np.mean([row[h] for row in columns.values()]) for h in heads]
+    out.append(f"| **mean of {len(columns)}** | " + " | ".join(f"{mean:.4f}" for mean in means) + " |")
+    return [
+        *out,
+        "",
+        *(told(columns, which, values) for which, values in ((OVER, "as many values"), (COATED, "two values fewer"))),
+    ]
+
+
+def told(columns: dict[str, dict[str, float]], which: str, values: str) -> str:
+    """Where a coated body predicts clearly better than a Lambertian does, and where worse."""
+    ratio = {name: row[which] / row[BARE] for name, row in columns.items()}
+    wins = [
+        f"{name} ({100 * (1 - r):.0f} %)"
+        for name, r in sorted(ratio.items(), key=lambda item: item[1])
+        if r < 1 - CLEAR
+    ]
+    loses = [
+        f"{name} ({100 * (r - 1):.0f} %)"
+        for name, r in sorted(ratio.items(), key=lambda item: -item[1])
+        if r > 1 + CLEAR
+    ]
+    beats = [name for name, row in columns.items() if row[which] < row[OURS]]
+    return (
+        f"- **`{which}`** ({values}) predicts more than {100 * CLEAR:.0f} % better than `{BARE}` on {', '.join(wins) or 'no scan'}, and more than "
+        f"{100 * CLEAR:.0f} % worse on {', '.join(loses) or 'no scan'}. It is ahead of `{OURS}` on {', '.join(beats) or 'no scan'}."
+    )
 
 
 def lobe(found: dict[str, Any]) -> list[str]:

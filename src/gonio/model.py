@@ -6,9 +6,9 @@ options and tables are all read from this one declaration.
 """
 
 import functools
-import importlib
 import inspect
 import math
+import pkgutil
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -25,13 +25,14 @@ Term = Callable[..., Array]
 
 @dataclass(frozen=True)
 class Parameter:
-    """The declaration of one shape parameter, written in the annotation of the argument that it is."""
+    """One shape parameter, in the annotation of its argument; fits keep one that is `held` until an option names it."""
 
     default: float
     lower: float
     upper: float
     help: str
     unit: str = "1"
+    held: bool = False
 
     def __post_init__(self) -> None:
         if not self.lower <= self.default <= self.upper:
@@ -105,6 +106,8 @@ class Model(Described):
         "reconstructed" where only an abstract was.
     combinations : mapping
         Numbers computed from several parameters that data determine better than the parameters themselves.
+    only_named : str
+        Why no search for the model of a surface tries this one unless it is named; empty where every search does.
 
     """
 
@@ -115,6 +118,7 @@ class Model(Described):
     violates: Mapping[str, str] = field(default_factory=dict)
     confidence: str = "confirmed"
     combinations: Mapping[str, Callable[[Mapping[str, float]], float]] = field(default_factory=dict)
+    only_named: str = ""
 
     def __post_init__(self) -> None:
         if not self.terms:
@@ -167,12 +171,12 @@ class Model(Described):
         head = f"<Model {self.name}: {self.title}; weights {', '.join(self.weights)}; "
         return shortened(head, shape or ["no shape parameters"], ">")
 
-    def __reduce__(self) -> tuple[Callable[[str, str], "Model"], tuple[str, str]]:
+    def __reduce__(self) -> tuple[Callable[[str], Any], tuple[str]]:
         """A model goes to another process as the place of its declaration, and is the same object when it returns."""
         for module in list(sys.modules.values()):
             for attribute, value in list(getattr(module, "__dict__", {}).items()):
                 if value is self and module.__name__ != "__main__":
-                    return _declared_at, (module.__name__, attribute)
+                    return pkgutil.resolve_name, (f"{module.__name__}:{attribute}",)
         raise ValueError(f"{self.name} is declared in no module, so no other process can find it: use one worker")
 
     @functools.cached_property
@@ -266,11 +270,6 @@ class Model(Described):
                     f"{self.name} has no parameter {name!r}; "
                     f"its weights are {', '.join(self.weights)} and its shape parameters {shape}"
                 )
-
-
-def _declared_at(module: str, attribute: str) -> Model:
-    model: Model = getattr(importlib.import_module(module), attribute)
-    return model
 
 
 @functools.cache

@@ -63,7 +63,7 @@ def files(tmp_path_factory):
     write(scan, folder / "scan.csv")
     for seed, name in enumerate(("a", "b")):
         write(painted(10 * seed), folder / f"{name}.csv")
-    for seed, name in enumerate(("one", "two")):
+    for seed, name in enumerate(("one", "two", "before", "after")):
         write(painted(100 + seed, sets=(650.0,)), folder / f"{name}.csv")
     (folder / "wafers").mkdir()
     for k in (1, 2, 10):
@@ -108,11 +108,18 @@ def here(files, tmp_path, monkeypatch):
 
 @pytest.fixture
 def alone(monkeypatch):
-    """No network, no cluster, a study of one page and a catalogue of two models: other tests have them whole."""
+    """No network, no cluster, a study of one page, a catalogue of two models, and a server that ends at once.
+
+    Other tests have them whole.
+    """
     few = [catalogue["lambert"], catalogue["ggx"]]
     monkeypatch.setattr("gonio.comparison.answer.everything", lambda: few)
     monkeypatch.setattr("gonio.app.commands.fetch.fetch", lambda *_: Path("scan.csv"))
     monkeypatch.setattr("gonio.app.commands.demo.write_demo", _page)
+    monkeypatch.setattr(
+        "gonio.viewing.serving.running.serve", lambda _session, _serving, ready, _tell: ready("http://")
+    )
+    monkeypatch.setattr("typer.launch", lambda _address: 0)
 
 
 def _page(folder, seed, force, progress):

@@ -95,7 +95,7 @@ def test_files_of_others_are_left_to_others(tmp_path):
 @pytest.mark.parametrize(
     "given",
     ["https://example.org/a.nc", "no/such/file.nc", "a\0b", "x" * 5000, io.BytesIO(b"CDF"), b"CDF\x01", 3, None],
-    ids=repr,
+    ids=["address", "no file", "no name", "long", "buffer", "bytes", "number", "nothing"],
 )
 def test_guessing_raises_nothing(given):
     assert Gonio().guess_can_open(given) is False

@@ -14,10 +14,12 @@ languages of OWN no values are computed but by their tests: what these do not se
 import argparse
 import ast
 import copy
+import functools
 import importlib
 import importlib.abc
 import importlib.util
 import io
+import itertools
 import json
 import os
 import platform
@@ -29,6 +31,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout
 from datetime import date
 from pathlib import Path
@@ -45,14 +48,13 @@ ROOT = Path(__file__).resolve().parents[2]
 RECORD = ROOT / "benchmarks" / "printers.json"
 PACKAGE = Path(gonio.__file__).resolve().parent
 BROKEN = ("symbols", "exporting/languages")
-TESTS = ("tests/symbols", "tests/contract/test_exports.py")
+KEPT = "tests/exporting/test_kept.py"
+TESTS = (KEPT, "tests/symbols", "tests/contract/test_exports.py")  # the quickest first
 # Languages that are run by tests of their own, and by no run of RUNS.
 OWN = {
-    "drjit": ("tests/exporting/test_drjit.py", "tests/exporting/test_kept.py"),
+    "drjit": (KEPT, "tests/exporting/test_drjit.py"),
     "radiance": ("tests/exporting/test_radiance.py",),
-    **dict.fromkeys(
-        ("osl", "wgsl", "shading", "single"), ("tests/exporting/test_kept.py", "tests/exporting/test_shaders.py")
-    ),
+    **dict.fromkeys(("osl", "wgsl", "shading", "single"), (KEPT, "tests/exporting/test_shaders.py")),
     "glsl": ("tests/exporting/test_shaders.py",),
 }
 # Together they have every operation: quadratures, special functions, stacks, powers, choices.
@@ -61,6 +63,7 @@ CHOSEN = (
     *("priest-mueller", "rayleigh-rice", "beckmann", "abg", "hapke", "ross-li", "disney"),
 )
 OUTCOMES = ("killed", "equivalent", "respelled", "survived")
+IMPORTED_ONCE = ("hypothesis", "xarray", "zarr")  # by every test; so no fork has to
 LONGEST = 120  # s of processor time for one change: other work on the machine must not make a change seem noticed
 WALL = 3600  # s on the clock, for a change that waits for ever
 FURTHER = 300  # pairs of directions that no test has
@@ -164,31 +167,37 @@ class Changed(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.tree, self.file, "exec"), module.__dict__)
 
 
-def texts() -> str:
-    """All that is printed of the chosen models, in every language."""
+def texts() -> Iterator[str]:
+    """All that is printed of the chosen models, in every language, model by model."""
     from gonio.exporting.languages.language import Writer
     from gonio.exporting.languages.python import PRELUDE
     from gonio.symbols.formula import density_of, draw_of, formula_of
     from gonio.symbols.program import staged, whole
 
-    out = [PRELUDE]
-    for language in languages():
-        writer = Writer(language)
-        out.append(f"{language.identifier('width')} {language.let('x', '1', False)} {language.let('x', '1', True)}")
-        for name in CHOSEN:
-            programs = [staged(formula_of(catalogue[name], terms=terms)) for terms in (False, True)]
-            for _, sampler, term in samplers(catalogue[name]):
-                programs += [whole(draw_of(sampler, term)), whole(density_of(sampler, term))]
-            for stage in (stage for program in programs for stage in program.stages):
+    writers = [Writer(language) for language in languages()]
+    yield PRELUDE
+    for own in (writer.language for writer in writers):
+        yield f"{own.identifier('width')} {own.let('x', '1', False)} {own.let('x', '1', True)}"
+    for name in CHOSEN:
+        programs = [staged(formula_of(catalogue[name], terms=terms)) for terms in (False, True)]
+        for _, sampler, term in samplers(catalogue[name]):
+            programs += [whole(draw_of(sampler, term)), whole(density_of(sampler, term))]
+        stages = [stage for program in programs for stage in program.stages]
+        for writer in writers:
+            for stage in stages:
                 try:
-                    out += [*writer.stage(stage), *writer.results(stage)]
+                    yield spaced([*writer.stage(stage), *writer.results(stage)])
                 except NotImplementedError:  # a language without loops
-                    out.append(f"no loop for {name}")
+                    yield f"no loop for {name}"
+    for writer in writers:
         try:
-            out += writer.shared()
+            yield spaced(writer.shared())
         except NotImplementedError:  # a language without arrays
-            out.append("no arrays")
-    return " ".join("\n".join(out).split())
+            yield "no arrays"
+
+
+def spaced(lines: list[str]) -> str:
+    return " ".join("\n".join(lines).split())
 
 
 def samplers(model: Model) -> Iterator[tuple[str, Any, Any]]:
@@ -238,11 +247,11 @@ def values_differ() -> bool:
     return False
 
 
-def outcome(module: str, tree: ast.Module, file: str, baseline: str) -> str:
+def outcome(module: str, tree: ast.Module, file: str, baseline: list[str]) -> str:
     """What becomes of a change, in this process, which ends afterwards."""
     sys.meta_path.insert(0, Changed(module, tree, file))
     try:
-        if texts() == baseline:
+        if all(was == now for was, now in itertools.zip_longest(baseline, texts())):
             return "equivalent"
     except Exception:
         return "killed"
@@ -279,7 +288,7 @@ def refuse_failing_tests() -> None:
             raise SystemExit(f"{', '.join(tests)}: fails without any change")
 
 
-def in_a_fork(module: str, tree: ast.Module, file: str, baseline: str) -> str:
+def in_a_fork(module: str, file: str, baseline: list[str], tree: ast.Module) -> str:
     """The same in a process of its own; a change that runs too long is noticed by that."""
     read, write = os.pipe()
     child = os.fork()
@@ -311,7 +320,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sample", type=int, default=0, help="try so many places of each file; 0 is all")
     parser.add_argument("--only", default="", help="files whose name has this")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="changes that are tried at once")
     asked = parser.parse_args()
+    for name in IMPORTED_ONCE:
+        importlib.import_module(name)
     for name in [m for m in sys.modules if m.startswith(("gonio.symbols", "gonio.exporting"))]:
         del sys.modules[name]
     start = time.monotonic()
@@ -328,8 +340,10 @@ def main() -> int:
             every = random.Random(1).sample(every, min(asked.sample, len(every)))
         count: Counter[str] = Counter()
         module = "gonio." + name.removesuffix(".py").replace("/", ".")
-        for line, kind, tree in every:
-            found = in_a_fork(module, tree, str(path), baseline)
+        tried = functools.partial(in_a_fork, module, str(path), baseline)
+        with ThreadPoolExecutor(asked.jobs) as at_once:
+            outcomes = list(at_once.map(tried, (tree for _, _, tree in every)))
+        for (line, kind, _), found in zip(every, outcomes, strict=True):
             count[found] += 1
             if found in ("respelled", "survived"):
                 said = source.splitlines()[line - 1].strip() if line else ""
@@ -365,22 +379,23 @@ def joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     return {**old, "minutes": old["minutes"] + new["minutes"], "rows": rows, "all": total, "unseen": unseen}
 
 
-def _baseline() -> str:
+def _baseline() -> list[str]:
     """What is printed without a change, made in a fork so that this process imports none of it."""
     read, write = os.pipe()
     if (child := os.fork()) == 0:
         try:
             with os.fdopen(write, "w", encoding="utf-8") as out:
-                out.write(texts())
+                json.dump(list(texts()), out)
         except BaseException:
             traceback.print_exc()
             os._exit(1)
         os._exit(0)
     os.close(write)
     with os.fdopen(read, encoding="utf-8") as text:
-        found = text.read()
-    if os.waitpid(child, 0)[1] or not found:
+        printed = text.read()
+    if os.waitpid(child, 0)[1] or not printed:
         raise SystemExit("nothing is printed without a change")
+    found: list[str] = json.loads(printed)
     return found
 
 

@@ -32,12 +32,12 @@ def by_node(session: Session, script: str, folder: Path) -> Any:
     if not (program := javascript.node()):
         pytest.skip("no Node is here")
     modules = {f"gonio/{name}": text for name, text in parts().items() if name.endswith(".js")}
-    modules |= {f"model/{name}.js": module(model).encode() for name, model in session.models.items()}
+    modules |= {f"model/{name}.js": module(model) for name, model in session.models.items()}
     for name, text in modules.items():
         path = folder / "node_modules" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         # What draws needs a browser when it is loaded; nothing here draws.
-        path.write_bytes(b"export default {};" if "/vendor/" in name else text)
+        path.write_text("export default {};" if "/vendor/" in name else text, encoding="utf-8")
     for package in ("gonio", "model"):
         (folder / "node_modules" / package / "package.json").write_text('{"type": "module"}')
     page = in_one_file(session, session.needed())

@@ -4,6 +4,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from viewed import complaints
+
 READY = "html[data-ready=true]"
 
 
@@ -12,10 +14,8 @@ def opened(chromium, address, **options):
     """A page of its own, with `asked`, the addresses that it asked for, and `said`, what went wrong."""
     context = chromium.new_context(**options)
     page = context.new_page()
-    page.asked, page.said = [], []
+    page.asked, page.said = [], complaints(page)
     page.on("request", lambda request: page.asked.append(request.url))
-    page.on("console", lambda told: page.said.append(told.text) if told.type in ("error", "warning") else None)
-    page.on("pageerror", lambda error: page.said.append(str(error)))
     page.goto(address if "://" in str(address) else Path(address).as_uri())
     yield page
     context.close()

@@ -148,7 +148,7 @@ def test_the_scripts_are_as_they_are_written(page):
         if name.endswith(".js"):
             address = imports[f"gonio/{name}"]
             assert address.startswith(head)
-            assert unquote(address.removeprefix(head)) == content.decode(), name
+            assert unquote(address.removeprefix(head)) == content, name
     assert set(imports) == {f"gonio/{n}" for n in parts() if n.endswith(".js")} | {"model/ggx.js"}
 
 

@@ -34,7 +34,7 @@ def scan_of(noise=0.01, seed=1):
 @pytest.fixture(scope="module")
 def session():
     opened = [Opened("a.csv", scan_of()), Opened(SCRIPT, scan_of(seed=2))]
-    return Session(opened, model="phong", pair=(0, 1))
+    return Session(opened, model="phong", values={"n": 20.0}, pair=(0, 1))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,8 @@ def until(page, condition, seconds=30.0):
 def fresh(page):
     page.evaluate(
         """async () => { const {actions, store} = window.gonio;
-        await actions.chooseModel("model", "phong"); store.set({dragging: false, cursor: null, error: ""}); }"""
+        await actions.chooseModel("model", "phong");
+        store.set({dragging: false, cursor: null, error: ""}); store.flush(); }"""
     )
     yield
     assert page.complaints == []
@@ -315,6 +316,7 @@ def test_a_state_of_the_command_line_is_applied(context, session):
         page = opened(context, f"http://127.0.0.1:{asking.port}/")
         assert page.evaluate("window.gonio.store.get().values[2]") == [33.0]
         assert page.evaluate("window.gonio.store.get().scale") == "linear"
+        assert page.evaluate("document.querySelector('input[name=scale]:checked').value") == "linear"
         page.close()
 
 

@@ -45,7 +45,7 @@ def files(sample_files):
 @pytest.fixture(scope="module")
 def page(chromium, files):
     """One page with a scan of every format, and what it complained of."""
-    with served(*files.values()) as address:
+    with served(*files.values(), "--set", "width=0.05") as address:
         tab = chromium.new_page(viewport={"width": WIDTHS[0], "height": 740})
         tab.wrong = complaints(tab)
         tab.goto(address)

@@ -19,7 +19,10 @@ from gonio.processes.ending import LONGEST
 from gonio.viewing.serving.running import Serving, hosts
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are looked up in Linux's /proc")
-PROGRAM = "from gonio.app.cli import main; main()"
+# Ctrl-C is not ignored, even where the tests run in the background of a shell.
+PROGRAM = (
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from gonio.app.cli import main; main()"
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,15 +32,10 @@ def scan(tmp_path_factory):
     return path
 
 
-def heard() -> None:
-    """Ctrl-C is not ignored, even where the tests run in the background of a shell."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 @contextmanager
 def viewing(scan, *options):
     arguments = [sys.executable, "-c", PROGRAM, "view", str(scan), "--no-browser", *options]
-    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield process, process.stdout.readline().strip()
     finally:

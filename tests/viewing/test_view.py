@@ -301,9 +301,13 @@ def test_messages_go_between_the_page_and_the_kernel(chromium, hosted, solution)
         until(page, "told.at(-1).kind === 'fit'")
         assert page.evaluate("told.filter((one) => one.kind === 'fit').length") == 1
         assert page.evaluate("told.at(-1).values") == [[0.25, 0.75]]
+        inside.locator("body").press("f")  # nothing more: a fit is running
+        assert page.evaluate("told.filter((one) => one.kind === 'fit').length") == 1
         page.evaluate("kernel({kind: 'error', text: '<b>no</b>'})")
         until(inside, "document.querySelector('#status .error').textContent === '<b>no</b>'")
         assert inside.get_by_role("button", name="Fit", exact=True).is_enabled()
+        inside.locator("body").press("f")
+        until(page, "told.filter((one) => one.kind === 'fit').length === 2")
         page.evaluate("away()")
         assert page.locator("iframe").count() == 0
         assert page.said == []

@@ -58,6 +58,14 @@ To = Annotated[
         names=formats_written,
     ),
 ]
+AlsoFigure = Annotated[
+    str,
+    Option(
+        "also draw a figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format",
+        metavar="FILE",
+        panel=Panel.OUTPUT,
+    ),
+]
 Force = Annotated[bool, Option("overwrite files that exist", panel=Panel.OUTPUT)]
 Select = Annotated[
     Mapping[str, str],

@@ -166,10 +166,10 @@ def _raced(
 
 
 def everything() -> list[Model]:
-    """Every model of the catalogue."""
+    """Every model of the catalogue that a search tries without its name being given."""
     from gonio.models import catalogue
 
-    return list(catalogue.values())
+    return [model for model in catalogue.values() if not model.only_named]
 
 
 def polarised() -> list[Model]:

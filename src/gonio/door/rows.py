@@ -23,7 +23,8 @@ class Rows:
     def __init__(self, path: Path, names: Iterable[str], gaps: Iterable[str] = ()) -> None:
         self.path, self.names = path, tuple(names)
         self._wide = len(self.names)
-        self._may_miss = [name in frozenset(gaps) for name in self.names]
+        may_miss = frozenset(gaps)
+        self._may_miss = [name in may_miss for name in self.names]
         self._lines, self._words = array("q"), list[str]()
         self._parts: list[npt.NDArray[np.float64]] = []
 

@@ -26,6 +26,7 @@ _LETTERS = {
     "length": r"\ell",
     "alpha": "a",
     "depth": "d",
+    "thickness": "d",
     "theta": r"\Theta",
     "eps": r"\varepsilon",
     "f0": "F_0",

@@ -13,12 +13,13 @@ from gonio.models.guo2023 import HalfWidth, reciprocal_lorentz_lobe
 from gonio.optics.distributions import draw_beckmann, draw_gtr
 from gonio.optics.facets import beckmann_slopes, gtr_normals
 from gonio.optics.fresnel import schlick
-from gonio.optics.kirchhoff import shift_squared
+from gonio.optics.kirchhoff import Wavelength, shift_squared
 from gonio.optics.lorentz import profile
 from gonio.optics.sampling import FacetNormals
 
 Normal = Annotated[float, Parameter(0.1, 0.005, 1.0, "reflectance of a facet at normal incidence (F0)")]
 Phase = Annotated[float, Parameter(1.0, 0.05, 10.0, "rms phase of the heights at normal incidence, 4 pi sigma/lambda")]
+RmsHeight = Annotated[float, Parameter(0.05, 0.001, 1.0, "rms height that light sees, at every wavelength", "um")]
 Width = Annotated[float, Parameter(0.05, 0.002, 1.0, "width of the unscattered lobe, as a slope")]
 Tail = Annotated[float, Parameter(1.5, 1.0, 4.0, "exponent of its tail: 1 is Cauchy-Lorentz, 2 is GGX")]
 Slope = Annotated[float, Parameter(0.25, 0.02, 1.0, "total rms slope of the scattered lobe")]
@@ -63,6 +64,42 @@ def scattered_lobe(g: Geometry, f0: Normal, h: Phase, m: Slope) -> PerSteradian:
     return schlick(g.cos_beta, f0) * out_of_phase * beckmann_slopes(g, m) * _rough_masking(g)
 
 
+@drawn_by(FacetNormals(gtr_normals, draw_gtr, of=lambda width, c, **_: (width, c)))
+def unscattered_lobe_of_height(
+    g: Geometry, f0: Normal, sigma: RmsHeight, wavelength: Wavelength, width: Width, c: Tail
+) -> PerSteradian:
+    r"""The unscattered lobe of one rms height, whose phase follows from the wavelength (beckmann1963).
+
+    .. math::
+
+        \begin{aligned}
+        f_a &= f_u \\
+        h &= \frac{4\pi\sigma}{\lambda}
+        \end{aligned}
+
+    where :math:`f_u` is the lobe of phase h (:func:`.unscattered_lobe`).
+    """
+    return unscattered_lobe(g, f0, _phase(sigma, wavelength), width, c)
+
+
+@drawn_by(FacetNormals(beckmann_slopes, draw_beckmann, of=lambda m, **_: (m,)))
+def scattered_lobe_of_height(
+    g: Geometry, f0: Normal, sigma: RmsHeight, wavelength: Wavelength, m: Slope
+) -> PerSteradian:
+    r"""The scattered lobe of one rms height, whose phase follows from the wavelength (beckmann1963).
+
+    .. math::
+
+        \begin{aligned}
+        f_b &= f_s \\
+        h &= \frac{4\pi\sigma}{\lambda}
+        \end{aligned}
+
+    where :math:`f_s` is the lobe of phase h (:func:`.scattered_lobe`).
+    """
+    return scattered_lobe(g, f0, _phase(sigma, wavelength), m)
+
+
 def forward_lobe(g: Geometry, gamma: HalfWidth, s: Reach) -> PerSteradian:
     r"""Scatter by the phase function 1 - cos(2 beta) (chandrasekhar1960), as gamma lets light in and out (guo2023).
 
@@ -92,6 +129,11 @@ def _sine_beta_squared(g: Geometry) -> Array:
     return (x * x + y * y + z * z) / 4
 
 
+def _phase(sigma: Array, wavelength: Array) -> Array:
+    """The phase h of an rms height at normal incidence [rad], both lengths in one unit."""
+    return 4 * math.pi * sigma / wavelength
+
+
 def _phase_variance(g: Geometry, h: Array) -> Array:
     """The g of scatter theory (formulas 7.7)."""
     return (h * (g.cos_i + g.cos_r) / 2) ** 2
@@ -112,4 +154,18 @@ gonio_best = Model(
         "rho_dd": reciprocal_lorentz_lobe,
         "rho_f": forward_lobe,
     },
+)
+
+gonio_best_spectral = Model(
+    name="gonio-best-spectral",
+    title="gonio-best of one rms height",
+    cite="gonio2026",
+    terms={
+        "rho_u": unscattered_lobe_of_height,
+        "rho_s": scattered_lobe_of_height,
+        "rho_dd": reciprocal_lorentz_lobe,
+        "rho_f": forward_lobe,
+    },
+    combinations={"2 sigma/m": lambda values: 2 * values["sigma"] / values["m"]},
+    only_named="at one wavelength it is gonio-best in other words, sigma [um] for the phase h",
 )

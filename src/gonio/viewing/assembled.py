@@ -66,6 +66,8 @@ def in_one_file(session: Session, models: list[str], notebook: bool = False) -> 
     """
     known = [session.models[name] for name in models]
     told = session.described()
+    for described, one in zip(told["sets"], session.opened, strict=True):
+        described["findings"] = one.findings
     inside = {
         "session": told | {"models": [m for m in told["models"] if m["name"] in models]},
         "columns": [base64.b64encode(one.columns.encoded()).decode() for one in session.opened],
@@ -90,12 +92,17 @@ def in_one_file(session: Session, models: list[str], notebook: bool = False) -> 
 
 def written(page: str, path: Path, force: bool) -> Path:
     """A page written to a file of HTML."""
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
-    refuse_existing(path, force)
+    refuse_unwritable(path, force)
     with replacing(path, force) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return path
+
+
+def refuse_unwritable(path: Path, force: bool) -> None:
+    """ValueError for a name that is none of a page, FileExistsError for a file that is there, without `force`."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
+    refuse_existing(path, force)
 
 
 def policy(scripts: Sequence[str]) -> str:

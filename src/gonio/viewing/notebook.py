@@ -20,7 +20,7 @@ from gonio.measured.sound import missing
 from gonio.model import Model
 from gonio.models import catalogue
 from gonio.outside import printable
-from gonio.viewing.assembled import in_one_file, written
+from gonio.viewing.assembled import in_one_file, refuse_unwritable, written
 from gonio.viewing.session import FIRST, FIT, Opened, Session
 
 if TYPE_CHECKING:
@@ -84,7 +84,8 @@ def view(
     solution : Solution, optional
         A fit of the scan: the sliders begin at its values, and the curves have its band.
     model : Model or str
-        The model to begin with, where there is no fit; `gonio-best` unless another is named.
+        The model to begin with; `gonio-best` unless another is named. Without a fit and without values it is fitted
+        first.
     values : mapping, optional
         Values to begin with, by parameter. Weights that are not given are the best for the shape.
     out : str or Path, optional
@@ -117,6 +118,9 @@ def view(
 
     """
     session = _session(scan, solution, model, values or {})
+    if out is not None:
+        refuse_unwritable(Path(out), force)
+    _fit_first(session)
     if out is not None:
         page = Page(session)
         page.write(out, force)
@@ -166,6 +170,13 @@ def _session(
         values=of_model(opened, chosen).checked(values) and dict(values),
         begin_with_model=bool(model),
     )
+
+
+def _fit_first(session: Session) -> None:
+    from gonio.viewing.working.beginning import fit_first
+
+    for words in fit_first(session, FIT):
+        warnings.warn(words, stacklevel=3)
 
 
 def _named(scan: xr.Dataset) -> str:

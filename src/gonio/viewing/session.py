@@ -41,6 +41,16 @@ class Opened:
             {"severity": str(f.severity), "text": str(f)} for f in check(self.scan) if f.severity is not Severity.NOTE
         ]
 
+    @cached_property
+    def fittable(self) -> bool:
+        """Whether a page may fit it unasked: every value is shown one by one, and a model describes some of them.
+
+        A fit of more values takes minutes, and models describe reflection alone.
+        """
+        header = self.columns.header
+        is_whole = not header.get("interpolated") and header["shown"] == header["total"]
+        return is_whole and any(cell["reflected"] for cell in header["cells"])
+
     def described(self) -> dict[str, Any]:
         """What the page has to know beside the columns."""
         fits = {}
@@ -52,6 +62,7 @@ class Opened:
             "name": self.name,
             "history": str(self.scan.attrs.get("history", "")).splitlines(),
             "fits": fits,
+            "fittable": self.fittable,
         }
 
 
@@ -71,6 +82,11 @@ class Session:
     pair: Sequence[int] = ()
     begin_with_model: bool = False
     state: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def begins_with_fits(self) -> bool:
+        """Whether scans without a fit are fitted unasked: nothing else was named to begin with."""
+        return not self.values and not self.state
 
     def refuse_unshown(self) -> None:
         """ValueError for a scan or a fit that a page cannot show, before one is served or written."""
@@ -92,5 +108,6 @@ class Session:
             "values": dict(self.values),
             "pair": list(self.pair),
             "begin_with_model": self.begin_with_model,
+            "begins_with_fits": self.begins_with_fits,
             "state": dict(self.state),
         }

@@ -8,11 +8,10 @@ import typer
 
 from gonio import read
 from gonio.app.help_page import Example
-from gonio.app.options import NO_PIPES, OutputOptions, Select, refuse_unused
+from gonio.app.options import NO_PIPES, AlsoFigure, OutputOptions, Select, refuse_unused
 from gonio.app.output import show
 from gonio.app.views import difference as view
 from gonio.measured.dataset import select as select_sets
-from gonio.options import Option, Panel
 from gonio.plotting.page import Page, drawn_on, target_of
 from gonio.resampling.difference import difference
 
@@ -41,14 +40,7 @@ def command(
     output: OutputOptions,
     select: Select,
     page: Page,
-    out: Annotated[
-        str,
-        Option(
-            "also draw a figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format",
-            metavar="FILE",
-            panel=Panel.OUTPUT,
-        ),
-    ] = "",
+    out: AlsoFigure = "",
 ) -> None:
     """Compare two files at the directions of the second."""
     refuse_unused(page, out)

@@ -9,7 +9,7 @@ import typer
 from gonio.acquisition.layout import angles
 from gonio.app import arguments
 from gonio.app.help_page import Example
-from gonio.app.options import NO_PIPES, OutputOptions, refuse_unused
+from gonio.app.options import NO_PIPES, AlsoFigure, OutputOptions, refuse_unused
 from gonio.app.output import show
 from gonio.app.views.topography import numbers as view
 from gonio.files import refuse_existing
@@ -186,14 +186,7 @@ def command(
     prediction: PredictionOptions,
     page: Page,
     output: OutputOptions,
-    out: Annotated[
-        str,
-        Option(
-            "also draw a figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format",
-            metavar="FILE",
-            panel=Panel.OUTPUT,
-        ),
-    ] = "",
+    out: AlsoFigure = "",
 ) -> None:
     """Tell what a height map says of a surface and its light.
 

@@ -11,7 +11,7 @@ import typer
 from gonio import read
 from gonio.acquisition import readings
 from gonio.app.help_page import Example
-from gonio.app.options import OutputOptions, refuse_unused
+from gonio.app.options import AlsoFigure, OutputOptions, refuse_unused
 from gonio.app.output import show
 from gonio.app.views.measuring import verified as view
 from gonio.options import Option, Panel
@@ -96,14 +96,7 @@ def command(
     known: Known,
     page: Page,
     output: OutputOptions,
-    out: Annotated[
-        str,
-        Option(
-            "also draw a figure: NAME.pdf, NAME.png, NAME.svg, or NAME for those of --format",
-            metavar="FILE",
-            panel=Panel.OUTPUT,
-        ),
-    ] = "",
+    out: AlsoFigure = "",
 ) -> None:
     """Verify a set-up by a mirror or a diffuse standard.
 

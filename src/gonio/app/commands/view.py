@@ -13,9 +13,8 @@ from gonio.app import names, talk
 from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
 from gonio.app.options import Force, ScanOptions, Scans
-from gonio.app.output import Plain, show
+from gonio.app.output import Plain, progress_bar, show
 from gonio.door.json_text import load
-from gonio.files import refuse_existing, replacing
 from gonio.fitting.solution import Solution
 from gonio.fitting.stored import SOLUTION_FILE, is_solution
 from gonio.options import Option, Panel
@@ -62,7 +61,8 @@ class ViewOptions:
 def command(files: Scans, view: ViewOptions, values: ValueOptions, used: ScanOptions) -> None:
     """Look at scans and fits on a page: sliders, curves, hemispheres.
 
-    The page is served to this machine alone, and needs no network. It ends with Ctrl-C.
+    The model is fitted to a scan that comes without a fit, unless values are given. The page is served to this machine
+    alone, and needs no network. It ends with Ctrl-C.
     """
     idle = _seconds(view.idle)
     session = _session(files, view, values, used)
@@ -92,15 +92,16 @@ def _seconds(text: str) -> float:
 
 
 def _write(session: "Session", view: ViewOptions) -> None:
-    from gonio.viewing.assembled import in_one_file
+    from gonio.viewing.assembled import in_one_file, refuse_unwritable, written
+    from gonio.viewing.working.beginning import fit_first
 
     path = Path(view.out)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise ValueError(f"{path}: the page is HTML: give a name that ends in .html")
-    refuse_existing(path, view.force)
-    with replacing(path) as temporary:
-        temporary.write_text(in_one_file(session, session.needed()), encoding="utf-8")
-    show(f"wrote {path}")
+    refuse_unwritable(path, view.force)
+    with progress_bar("fitting") as progress:
+        failed = fit_first(session, told=progress)
+    for words in failed:
+        talk.tell(f"gonio: warning: {words}")
+    show(f"wrote {written(in_one_file(session, session.needed()), path, view.force)}")
 
 
 def _session(files: list[Path], view: ViewOptions, values: ValueOptions, used: ScanOptions) -> "Session":

@@ -105,6 +105,8 @@ def model_lines(model: "Model") -> Iterator[Any]:
     yield rows
     for law, why in model.violates.items():
         yield f"breaks {law}: {why}"
+    if model.only_named:
+        yield f"fitted only where it is named: {model.only_named}"
     if model.source and model.sum_of_terms:
         yield faint(f"docs/models/{model.name}.md has the equations in mathematical notation")
     yield faint(f"gonio draw {model.name}, gonio check {model.name} and gonio eval {model.name} show more")

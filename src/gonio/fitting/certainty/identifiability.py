@@ -11,7 +11,7 @@ of a Solution, so that no fit is made. What it says holds near the optimum; `pro
 """
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -123,19 +123,18 @@ def _elsewhere(farthest: float) -> str:
 def combinations(solution: Solution) -> list[Combination]:
     """Numbers that the data determine although their parts trade off.
 
-    First those that the model declares, where they are relatively surer than each of their parts; then ratios and
-    products of two values that trade off, unless one of the first holds both.
+    First those that the model declares, where they are relatively surer than each of their parts, one for each group
+    where a part has one value a group; then ratios and products of two values that trade off, unless one of the first
+    holds both.
     """
     free = Free.of(solution)
-    out = []
-    for name, of in solution.model.combinations.items():
-        try:
-            declared = _declared(name, of, solution, free)
-        except KeyError:  # a part of it has one value a group, and no value by its bare name
-            continue
-        if declared.relative < _surest_part(name, free):
-            out.append(declared)
-    declared_words = [set(_words(c.name)) for c in out]
+    found = [
+        (declared, {known for word in _words(name) for known in (word, f"{word}{group}")})
+        for name, of in solution.model.combinations.items()
+        for group, declared in _of_groups(name, of, solution, free)
+        if declared.relative < _surest_part(name, free, group)
+    ]
+    out, declared_words = [one for one, _ in found], [words for _, words in found]
     traded = [d for d in determinations(solution) if not d.determined and d.partners]
     place = free.place_of
     pairs = {tuple(sorted((d.name, p), key=place.__getitem__)) for d in traded for p in d.partners}
@@ -168,40 +167,60 @@ def _pair(one: str, two: str, sign: int, mark: str, free: Free) -> Combination |
 
 
 class _Read(dict[str, float]):
-    """Values by name that remember which were asked for: a combination is made of few of very many values."""
+    """Values by name that remember which were asked for: a combination is made of few of very many values.
 
-    def __init__(self, values: Mapping[str, float]) -> None:
+    A name without a value of its own has that of the group.
+    """
+
+    def __init__(self, values: Mapping[str, float], group: str) -> None:
         super().__init__(values)
+        self.group = group
         self.read: set[str] = set()
 
     def __getitem__(self, name: str) -> float:
-        self.read.add(name)
-        return super().__getitem__(name)
+        known = name if name in self else f"{name}{self.group}"
+        self.read.add(known)
+        return super().__getitem__(known)
 
 
-def _declared(name: str, of: object, solution: Solution, free: Free) -> Combination:
+def _of_groups(name: str, of: object, solution: Solution, free: Free) -> Iterator[tuple[str, Combination]]:
+    """A declared combination, or one for each group (`[R]`) in which each of its parts has a value."""
+    values = {**solution.values, **free.by_name}
+    groups = dict.fromkeys(f"[{known.partition('[')[2]}" for known in values if "[" in known)
+    for group in ("", *groups):
+        try:
+            found = _declared(name, of, _Read(values, group), free)
+        except KeyError:  # a part has one value in each of other groups
+            continue
+        yield group, found
+        if not group:
+            return
+
+
+def _declared(name: str, of: object, values: _Read, free: Free) -> Combination:
     """A combination that the model declares as a function of the values by name, by the law of propagation.
 
     Infinite uncertainty where a value takes part that the data do not determine. KeyError for a name without a value.
     """
     assert callable(of)
-    values = _Read({**solution.values, **free.by_name})
     value = float(of(values))
     places, slopes = [], []
     for parameter in sorted(values.read & free.by_name.keys(), key=free.place_of.__getitem__):
         step = DIFFERENCE * max(abs(values[parameter]), DIFFERENCE)
-        ahead, behind = ({**values, parameter: values[parameter] + s} for s in (step, -step))
+        ahead, behind = (_Read({**values, parameter: values[parameter] + s}, values.group) for s in (step, -step))
         slope = (float(of(ahead)) - float(of(behind))) / (2 * step)
         if slope:  # an infinite variance of a value that takes no part must not come in
             places.append(free.place_of[parameter])
             slopes.append(slope)
     variance = np.array(slopes) @ free.covariance(places) @ np.array(slopes) if places else 0.0
-    return Combination(name, value, float(np.sqrt(variance)) if np.isfinite(variance) else np.inf)
+    spread = float(np.sqrt(variance)) if np.isfinite(variance) else np.inf
+    return Combination(f"{name}{values.group}", value, spread)
 
 
-def _surest_part(name: str, free: Free) -> float:
+def _surest_part(name: str, free: Free, group: str) -> float:
     """Least relative uncertainty of the values that a combination's name names, infinite where they are held."""
-    at = [free.place_of[word] for word in _words(name) if word in free.place_of]
+    parts = (known for word in _words(name) for known in (word, f"{word}{group}"))
+    at = [free.place_of[known] for known in dict.fromkeys(parts) if known in free.place_of]
     relative = [np.sqrt(free.variance[k]) / abs(free.values[k]) for k in at if free.values[k]]
     return float(min(relative, default=np.inf))
 

@@ -184,17 +184,20 @@ def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Datas
     }
 
 
-def wavelength_of(options: ProblemOptions, model: Model, points: xr.Dataset) -> float | dict[str, float] | None:
-    """The scan's wavelength in the unit of the model's parameter, by label where there are several.
+def kept(options: ProblemOptions, model: Model, name: str, points: xr.Dataset) -> float | dict[str, float] | None:
+    """At what a parameter is held where no option names it; None for one that is free.
 
-    None where the model or the scan has none, or where an option says what the parameter is to be.
+    That is the scan's wavelength in the unit of the model's parameter, by label where there are several, and the
+    default of a parameter that the model declares as held.
     """
-    has_option = any(WAVELENGTH in names for names in (options.held, options.grouped, options.bounds, options.smooth))
-    if has_option or WAVELENGTH not in model.shape or WAVELENGTH not in points.coords:
+    has_option = any(name in names for names in (options.held, options.grouped, options.bounds, options.smooth))
+    if has_option or name not in model.shape:
         return None
-    size = UNITS[model.shape[WAVELENGTH].unit].size
-    values = {group_label(w): float(w) / size for w in np.unique(points[WAVELENGTH].values)}
-    return values if len(values) > 1 else next(iter(values.values()))
+    if name == WAVELENGTH and WAVELENGTH in points.coords:
+        size = UNITS[model.shape[WAVELENGTH].unit].size
+        values = {group_label(w): float(w) / size for w in np.unique(points[WAVELENGTH].values)}
+        return values if len(values) > 1 else next(iter(values.values()))
+    return model.shape[name].default if model.shape[name].held else None
 
 
 def constants_at(material: str, wavelength: float | None) -> dict[str, float]:

@@ -32,7 +32,7 @@ from gonio.fitting.objective.entries import (
     shape_at_points,
     summed,
 )
-from gonio.fitting.objective.from_scan import WAVELENGTH, answered, refuse_no_scan, seen, wavelength_of
+from gonio.fitting.objective.from_scan import WAVELENGTH, answered, kept, refuse_no_scan, seen
 from gonio.fitting.objective.options import ProblemOptions
 from gonio.fitting.objective.smooth import Smooth, declared, penalty_rows
 from gonio.fitting.objective.weighting import WEIGHTINGS
@@ -172,8 +172,8 @@ class Problem(ProblemOptions):
         return tuple(self._entry(name, is_weight=name in self.model.weights) for name in self.model.parameters)
 
     def _entry(self, name: str, is_weight: bool) -> Entry:
-        scans_own = wavelength_of(self, self.model, self.points) if name == WAVELENGTH else None
-        by = ("wavelength",) if isinstance(scans_own, Mapping) else self._grouped_by(name)
+        own = kept(self, self.model, name, self.points)
+        by = (WAVELENGTH,) if isinstance(own, Mapping) else self._grouped_by(name)
         labels, group = self._groups(by)
         if is_weight:
             lower, upper = self.bounds.get(name, (0.0, math.inf))
@@ -182,7 +182,7 @@ class Problem(ProblemOptions):
             parameter = self.model.shape[name]
             lower, upper = self.bounds.get(name, (parameter.lower, parameter.upper))
             unit = parameter.unit
-        held_at = self.held.get(name, scans_own)
+        held_at = self.held.get(name, own)
         assert not isinstance(held_at, str)  # `answered` has read every half width
         held = held_values(name, held_at, by, labels)
         for value in held or ():

@@ -6,9 +6,12 @@ import { snapped } from "gonio/weights.js";
 
 export function actionsOf(store) {
   const state = store.get();
+  let choices = 0;
   const actions = {
     async chooseSet(k) {
+      const turn = (choices += 1);
       if (!state.sets[k].value) await fetched(state, k);
+      if (turn !== choices) return; // another was chosen while this one was fetched
       const [fitted] = Object.keys(state.sets[k].fits);
       const name = state.model?.declaration.name ?? state.first;
       await (fitted !== undefined && !(state.beginWithModel && k === 0) ? actions.chooseModel("fit", fitted, k) : actions.chooseModel("model", name, k));
@@ -25,16 +28,19 @@ export function actionsOf(store) {
     async chooseModel(kind, name, k = state.set) {
       const set = state.sets[k];
       const fit = kind === "fit" ? set.fits[name] : null;
+      const turn = (choices += 1);
       const module = await source.model(fit ? fit.model : name);
+      if (turn !== choices) return; // another was chosen meanwhile: the last choice holds, whichever comes first
       const { declaration } = module;
       const model = { declaration, module };
       const groups = fit ? fit.parameters.map((p) => p.cells) : groupsOf(set, declaration);
       const values = fit ? fit.parameters.map((p) => p.values.slice()) : firstValues(declaration, groups, kind === "model" ? state.given : {});
       const block = k === state.set && state.block < set.blocks.length ? state.block : 0;
-      const cell = set.cells.findIndex((c) => c.block === block);
+      const isSame = k === state.set && Boolean(state.model);
+      const cell = isSame ? state.cell : set.cells.findIndex((c) => c.block === block);
       const chosen = { fit, fitName: fit ? name : "", locked: new Set(), follow: !fit };
-      store.set({ set: k, block, cell, cursor: null, model, groups, values, ...chosen });
-      store.set({ hidden: hiddenAtFirst(state) });
+      store.set({ set: k, block, cell, model, groups, values, ...chosen });
+      if (!isSame) store.set({ cursor: null, hidden: hiddenAtFirst(state) });
       if (!fit) store.set({ values: withGiven(snapped(state), state, declaration) });
       store.set({ first_values: state.values, ranges: rangesOf(state) });
     },

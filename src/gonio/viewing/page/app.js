@@ -8,6 +8,8 @@ import * as curves from "gonio/curves.js";
 import * as drag from "gonio/drag.js";
 import * as exporting from "gonio/export.js";
 import * as files from "gonio/files.js";
+import * as findings from "gonio/findings.js";
+import * as first from "gonio/first.js";
 import * as fitting from "gonio/fit.js";
 import * as keys from "gonio/keys.js";
 import * as laws from "gonio/laws.js";
@@ -35,6 +37,7 @@ async function start() {
     first: session.model,
     given: session.values,
     beginWithModel: session.begin_with_model,
+    beginsWithFits: session.begins_with_fits,
     set: 0,
     block: 0,
     cell: 0,
@@ -70,6 +73,7 @@ async function start() {
   panel.mount(place("panel"), store, actions);
   curves.mount(place("curves"), store, actions);
   fitting.mount(place("panel"), store, actions);
+  first.mount(store, actions);
   compare.mount(place("panel"), place("curves"), store);
   files.mount(place("panel"), store, actions);
   drag.mount(place("curves"), store, actions);
@@ -90,6 +94,8 @@ async function start() {
   store.set({ sets: state.sets.slice() });
   window.gonio = { store, actions }; // for tests, and for the curious
   document.documentElement.dataset.ready = "true";
+  if (!location.hash) actions.begin();
+  findings.mount(store);
 }
 
 start().catch((error) => {

@@ -24,7 +24,17 @@ export function axisX(label) {
 export function axisY(label, logarithmic, room = 30) {
   const filter = logarithmic ? rounded : (_, found) => found;
   const values = (_, found) => found.map((v) => (v === null ? null : logarithmic ? power(v) : number(v, 3)));
-  return { ...text(), ...lines(), label, labelSize: 24, size: 56, space: room, filter, values, labelGap: 2 };
+  const axis = { ...text(), ...lines(), label, labelSize: 24, size: 56, space: room, filter, values, labelGap: 2 };
+  return logarithmic ? { ...axis, splits: decades } : axis;
+}
+
+// Every digit of every decade that is seen: uPlot alone begins at the end of the axis, and leaves out the first of them.
+function decades(plot, axis, low, high) {
+  const found = [];
+  for (let place = Math.floor(Math.log10(low)); place <= Math.log10(high); place++) {
+    for (let digit = 1; digit < 10; digit++) found.push(Number((digit * 10 ** place).toPrecision(12)));
+  }
+  return found.filter((v) => v >= low && v <= high);
 }
 
 // Labels of a logarithmic axis: decades, with 2 and 5 between them where there are few, every digit within one.

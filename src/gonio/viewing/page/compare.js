@@ -5,7 +5,7 @@ import uPlot from "gonio/vendor/uplot.js";
 import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, ofStyle } from "gonio/colours.js";
 import { colourOf, drawable, extensions, factor } from "gonio/curves.js";
-import { choice, element, oneOf } from "gonio/elements.js";
+import { anew, choice, element, oneOf } from "gonio/elements.js";
 import { pair } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
@@ -22,11 +22,13 @@ export function mount(panel, root, store) {
   let plot = null;
   let asked = "";
 
-  function rebuild(state) {
+  const rebuild = (state) => anew(section, () => show(state));
+
+  function show(state) {
     const names = state.sets.map((one, k) => [String(k), printable(one.name)]).filter(([k]) => Number(k) !== state.set);
     section.replaceChildren(section.firstChild);
-    if (!names.length) section.append(element("p", { className: "note" }, "Open a second scan to compare it with this one."));
-    else {
+    section.hidden = !names.length;
+    if (names.length) {
       const options = [["-1", "none"], ...names];
       section.append(choice("compare", options, String(state.second), (k) => store.set({ second: Number(k) })));
       if (state.second >= 0) section.append(oneOf("Shown as", "pair-as", KINDS, state.pairAs, (pairAs) => store.set({ pairAs })));

@@ -6,7 +6,7 @@ import { cosine } from "gonio/angles.js";
 import { axisX, axisY, frame, segment } from "gonio/axes.js";
 import { colour, dark, dashes, ofStyle } from "gonio/colours.js";
 import { cellsShown } from "gonio/compute.js";
-import { element } from "gonio/elements.js";
+import { anew, element } from "gonio/elements.js";
 import { cellLabel, number, QUANTITIES, shownOf, valueLabel } from "gonio/words.js";
 
 const MOST = 6; // curves that are drawn at first
@@ -72,22 +72,20 @@ export function mount(root, store) {
     plots[0].setData(data.values, false);
     plots[0].redraw();
     plots[1].setData(data.residuals);
+    note.textContent = said(state, cells, data);
     if (table.open) showTable(state, cells);
   }
 
   function showChips(state) {
     const set = state.sets[state.set];
-    chips.replaceChildren(
-      element("span", {}, "θᵢ"),
-      ...drawable(state).map((cell) => {
-        const pressed = !state.hidden.has(cell);
-        const chip = element("button", { type: "button", className: "chip" }, cellLabel(set, cell));
-        chip.ariaPressed = String(pressed);
-        chip.style.setProperty("--own", colour(colourOf(state, cell)));
-        chip.addEventListener("click", () => toggle(cell));
-        return chip;
-      }),
-    );
+    const made = drawable(state).map((cell) => {
+      const chip = element("button", { type: "button", className: "chip" }, cellLabel(set, cell));
+      chip.ariaPressed = String(!state.hidden.has(cell));
+      chip.style.setProperty("--own", colour(colourOf(state, cell)));
+      chip.addEventListener("click", () => toggle(cell));
+      return chip;
+    });
+    anew(chips, () => chips.replaceChildren(element("span", {}, "θᵢ"), ...made));
   }
 
   function toggle(cell) {

@@ -10,12 +10,13 @@ export function mount(panel, store, actions) {
   const open = button("Open a scan …", "A file of any format that gonio reads; or drop it on the page", () => input.click());
   const said = element("p", { className: "note", role: "status" });
   const wrong = element("p", { className: "error", role: "alert" });
-  panel.append(element("section", { className: "files" }, element("h2", {}, "Open"), element("div", { className: "buttons" }, open), input, said, wrong));
+  panel.append(element("section", { className: "files" }, element("h2", {}, "Another scan"), element("div", { className: "buttons" }, open), input, said, wrong));
   if (!served) {
     open.disabled = true;
     said.textContent = WHY_NOT;
     return;
   }
+  said.textContent = "It is shown here, and can be compared with the first.";
 
   async function take(file) {
     wrong.textContent = "";
@@ -34,6 +35,7 @@ export function mount(panel, store, actions) {
       await actions.chooseSet(place);
       store.set({ sets: sets.slice() });
       said.textContent = printable(`${set.name} is open.`);
+      actions.begin();
     } catch (error) {
       said.textContent = "";
       wrong.textContent = printable(error.message);

@@ -1,11 +1,11 @@
 // Fits from the page: started and cancelled here, done by the server in a process of its own.
 
 import { element } from "gonio/elements.js";
-import { ended, post, remove, served } from "gonio/source.js";
+import { ended, notebook, post, remove, served } from "gonio/source.js";
 import { number, printable } from "gonio/words.js";
 
 const WEIGHTINGS = ["auto", "uniform", "relative", "solid-angle", "uncertainty", "log"];
-export const WHY_NOT = "This page is a file. gonio view FILE opens one that can do this.";
+export const WHY_NOT = `This page ${notebook ? "stands in a notebook" : "is a file"}. gonio view FILE opens one that can do this.`;
 
 // What the server needs to know of the sliders.
 export function sent(state) {
@@ -21,6 +21,7 @@ export function sent(state) {
 }
 
 export function mount(root, store, actions) {
+  if (notebook) return; // its kernel fits, by a button of its own
   const section = element("section", { className: "fit" }, element("h2", {}, "Fit"));
   const weighting = element("select", {}, ...WEIGHTINGS.map((name) => element("option", { value: name }, name)));
   const label = element("label", { className: "choice" }, element("span", {}, "weighting"), weighting);
@@ -32,6 +33,9 @@ export function mount(root, store, actions) {
   const said = element("p", { className: "note", role: "status" });
   const wrong = element("p", { className: "error", role: "alert" });
   const ranking = element("ol", { className: "ranking note" });
+  // Beside the title too: the panel may be far below on a telephone.
+  const above = element("span", { className: "note job", hidden: true });
+  document.querySelector("#top h1").after(above);
   section.append(label, element("div", { className: "buttons" }, one, all), running, said, wrong, ranking);
   root.append(section);
   if (!served) {
@@ -39,7 +43,8 @@ export function mount(root, store, actions) {
     said.textContent = WHY_NOT;
   }
 
-  actions.fit = async (best) => {
+  // left: whether a fit that nobody asked for is not wanted any more.
+  actions.fit = async (best, left = null) => {
     const state = store.get();
     if (!served || state.job) return;
     wrong.textContent = "";
@@ -47,11 +52,13 @@ export function mount(root, store, actions) {
     const { set } = state;
     const locked = [...state.locked].map((k) => state.model.declaration.parameters[k].name);
     const asked = best ? { set, model: "best" } : { ...sent(state), locked };
-    store.set({ job: { number: 0, set, fraction: 0, name: best ? "all models" : asked.model } });
+    store.set({ job: { number: 0, set, fraction: 0, name: best ? "all models" : asked.model, unasked: Boolean(left) } });
     try {
       const { job } = await (await post("/api/fit", { ...asked, weighting: weighting.value })).json();
       store.set({ job: { ...store.get().job, number: job } });
-      follow(await listened(job, (event) => store.set({ job: { ...store.get().job, ...event } })), set);
+      if (left?.()) await actions.cancelFit();
+      const event = await listened(job, (told) => store.set({ job: { ...store.get().job, ...told } }));
+      await follow(event, set, left?.());
     } catch (error) {
       failed(error.message);
     }
@@ -68,11 +75,11 @@ export function mount(root, store, actions) {
     wrong.textContent = printable(words);
   }
 
-  async function follow(event, set) {
+  async function follow(event, set, isLeft) {
     if (event.failed) return failed(event.failed);
     store.set({ job: null });
-    if (event.cancelled) {
-      said.textContent = "Cancelled.";
+    if (event.cancelled || isLeft) {
+      said.textContent = isLeft ? "The first fit gave way to what you chose: Fit starts it again." : "Cancelled.";
       return;
     }
     const state = store.get();
@@ -90,11 +97,11 @@ export function mount(root, store, actions) {
     ranking.replaceChildren();
   });
   store.watch(["job"], ({ job }) => {
-    running.hidden = !job;
+    running.hidden = above.hidden = !job;
     one.disabled = all.disabled = !served || Boolean(job);
     if (!job) return;
     bar.value = job.fraction;
-    said.textContent = `${job.fraction < 0.01 ? "Starting" : "Fitting"}: ${printable(job.name)}, ${Math.round(100 * job.fraction)} %`;
+    said.textContent = above.textContent = `${job.fraction < 0.01 ? "Starting" : "Fitting"}: ${printable(job.name)}, ${Math.round(100 * job.fraction)} %`;
   });
 }
 

@@ -11,9 +11,19 @@ const ATTRIBUTES = { alpha: true, depth: true, antialias: false, premultipliedAl
 const KEPT = 6; // programs of models: those that were used last
 const DRAGGED = 12; // ms that a view may take while something is dragged
 const RESTING = 400; // ms that it may take then: a model that integrates for every direction is drawn coarser
+const TRIES = 3; // drawings at rest
 const PAUSE = 150; // ms after which what was dragged is drawn as it should be
 
-const shared = { canvas: null, renderer: null, made: new Map(), programs: new Map(), cost: new Map(), lost: false };
+const shared = {
+  canvas: null,
+  renderer: null,
+  made: new Map(),
+  programs: new Map(),
+  cost: new Map(), // ms for each pixel
+  lost: false,
+  compiled: false, // whether a program was made since the last drawing began
+  finer: false, // whether a view that was drawn at rest could have more pixels
+};
 
 // Opens the context, and tells the views by `graphics` of the store when they have to draw anew.
 export function start(store) {
@@ -102,6 +112,7 @@ export function program(name, vertex, fragment, uniforms, options = {}) {
     return known.program;
   }
   const { gl } = shared.renderer;
+  shared.compiled = true;
   const made = { program: new Program(gl, { vertex, fragment, uniforms, cullFace: null, ...options }), fragment, why: "" };
   if (!gl.getProgramParameter(made.program.program, gl.LINK_STATUS) && !gl.isContextLost()) {
     const said = gl.getShaderInfoLog(made.program.fragmentShader) || gl.getProgramInfoLog(made.program.program) || "";
@@ -152,31 +163,42 @@ export function paint(ctx, box, share, draw) {
   ctx.drawImage(canvas, 0, canvas.height - height, width, height, box.x, box.y, box.width, box.height);
 }
 
-// The share of the pixels that a view can draw in time, as it was measured under a name.
-export function shareOf(name, pixels, coarse) {
+// Draws by `work(share)` with that share of the pixels in each direction for which there is time. What a pixel takes is
+// remembered under a name. Graphics in software have drawn when the picture is copied; a card is fast enough not to wait for.
+export function paced(name, pixels, coarse, work) {
+  const share = shareOf(name, pixels, coarse);
+  const begun = performance.now();
+  shared.compiled = false;
+  work(share);
+  const each = (performance.now() - begun) / Math.max(pixels * share * share, 1);
+  const known = shared.cost.get(name);
+  // A drawing that compiles too says little of the next, and one of few pixels less than one at rest.
+  if (!shared.compiled && known) shared.cost.set(name, coarse ? 0.5 * (known + each) : each);
+  else shared.cost.set(name, known ?? Math.min(each, RESTING / 250_000));
+  shared.finer ||= !coarse && shareOf(name, pixels, coarse) > share;
+}
+
+function shareOf(name, pixels, coarse) {
   const each = shared.cost.get(name);
   if (!each) return coarse ? 0.5 : 0.25; // the first time: a try
   const share = Math.sqrt((coarse ? DRAGGED : RESTING) / (each * pixels));
   return share >= 1 ? 1 : Math.max(1 / Math.ceil(1 / share), 1 / 8);
 }
 
-// The time of `work` is remembered under a name. Graphics in software have done it when its picture is copied; a graphics
-// card is not waited for, as it is fast enough.
-export function timed(name, pixels, work) {
-  const begun = performance.now();
-  work();
-  const each = (performance.now() - begun) / Math.max(pixels, 1);
-  const known = shared.cost.get(name);
-  // The first drawing compiles too: it says little of the next.
-  shared.cost.set(name, known ? 0.5 * (known + each) : Math.min(each, RESTING / 250_000));
-}
-
-// Calls paint(true) at once, and paint(false) when it was not asked for again for a moment.
+// Calls paint(true) at once, and paint(false) when it was not asked for again for a moment; then again where that
+// shows that there is time for more pixels: few of them tell little, as each drawing takes some time of its own.
 export function settling(paint) {
   let timer = 0;
+  const rest = () => {
+    shared.finer = true;
+    for (let k = 0; k < TRIES && shared.finer; k++) {
+      shared.finer = false;
+      paint(false);
+    }
+  };
   return () => {
     paint(true);
     clearTimeout(timer);
-    timer = setTimeout(() => paint(false), PAUSE);
+    timer = setTimeout(rest, PAUSE);
   };
 }

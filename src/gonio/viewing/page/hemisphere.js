@@ -3,7 +3,7 @@
 
 import { light } from "gonio/angles.js";
 import { ofStyle } from "gonio/colours.js";
-import { camera, geometry, mesh, once, paint, program, shareOf, texture, timed } from "gonio/gl.js";
+import { camera, geometry, mesh, once, paced, paint, program, texture } from "gonio/gl.js";
 import { colourAt } from "gonio/palette.js";
 import { HEMISPHERE, POINTS, POINTS_VERTEX, SKY, VERTEX } from "gonio/shading.js";
 
@@ -47,9 +47,7 @@ export function uniformsOf(scale, own) {
 
 // A function of directions, over all of the hemisphere. `what` is of modelled.js.
 export function paintFunction(ctx, box, what, scale, { theta_i, phi_i }, factor, coarse) {
-  const pixels = box.width * box.height;
-  const share = shareOf(`map ${what.name}`, pixels, coarse);
-  timed(`map ${what.name}`, pixels * share * share, () =>
+  paced(`map ${what.name}`, box.width * box.height, coarse, (share) =>
     paint(ctx, box, share, (gl) => {
       const own = {
         ...what.uniforms,
@@ -63,7 +61,6 @@ export function paintFunction(ctx, box, what, scale, { theta_i, phi_i }, factor,
       mesh(gl, { geometry: once("square", square), program: made }).draw({ camera: once("camera", camera) });
     }),
   );
-  return share;
 }
 
 // Values at measured directions: rows of the set, and a value for each of them.

@@ -27,6 +27,7 @@ const PLAIN = {
   mapView: oneOf("both", "data", "model", "ratio", "difference"),
   body: oneOf("sphere", "teapot"),
   litFrom: oneOf("model", "table"),
+  exposure: [isNumber, "a number"],
   orbit: TWO,
   lamp: TWO,
 };

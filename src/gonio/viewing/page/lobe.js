@@ -188,7 +188,7 @@ function paintLobe(gl, lobe, view, dpr) {
   const blended = { transparent: true, depthWrite: false };
   const skin = program("lobe", VERTEX, SURFACE, uniforms(1), blended);
   mesh(gl, { geometry: surface, program: skin }).draw();
-  const marks = program("points of the lobe", VERTEX, DOTS, { ...uniforms(6), ...paper }, { depthTest: false });
+  const marks = program("points of the lobe", VERTEX, DOTS, { ...uniforms(lobe.rows.length > CROWD ? 3.5 : 6), ...paper }, { depthTest: false });
   mesh(gl, { geometry: dots, program: marks, mode: gl.POINTS }).draw();
   surface.remove();
   dots.remove();
@@ -229,6 +229,7 @@ function dotsOf(gl, { set, rows, measured, radius, scale }) {
 const triple = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
 
 const AZIMUTHS = [[0, "φ 0°"], [90, "90°"], [180, "180° forward"], [270, "270°"]];
+const CROWD = 200; // points above which they are drawn small
 const STEEP = 20; // deg: the light and the mirror direction of a smaller angle have no room for labels beside the normal's
 
 const placed = (view, [x, y, z]) => {

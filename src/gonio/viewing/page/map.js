@@ -27,10 +27,9 @@ export function mount(root, store) {
   const note = element("p", { className: "note" });
   const wrong = element("p", { className: "warning" });
   const views = oneOf("what the hemisphere shows", "map-view", VIEWS, "both", (view) => store.set({ mapView: view }));
-  const compared = oneOf("compared", "map-view", [["difference", "A and B"]], "", (view) => store.set({ mapView: view }));
+  const compared = oneOf("compared", "map-view", [["difference", "second to first"]], "", (view) => store.set({ mapView: view }));
   root.append(
-    views,
-    compared,
+    element("div", { className: "row" }, views, compared),
     element("label", { className: "choice" }, element("span", {}, "incidence"), cells),
     canvas,
     colours,
@@ -130,7 +129,7 @@ export function mount(root, store) {
   dark.addEventListener("change", () => draw(false));
 }
 
-const TITLES = { data: "data", model: "model", ratio: "model over data", difference: "B over A" };
+const TITLES = { data: "data", model: "model", ratio: "model over data", difference: "second over first scan" };
 
 const rowsOf = (set, cell) => Array.from({ length: set.cells[cell].end - set.cells[cell].start }, (_, k) => set.cells[cell].start + k);
 
@@ -157,7 +156,7 @@ function drawnOf(state) {
   const set = state.sets[state.set];
   const rows = rowsOf(set, state.cell);
   if (state.mapView === "ratio") return { views: ["ratio"], rows, ...ratios(rows.map((k) => modelAt(state, k) / set.value[k]), "model over measured value") };
-  if (state.mapView === "difference") return { views: ["difference"], rows, ...ratios(rows.map((k) => state.difference[k] / set.value[k]), "B over A") };
+  if (state.mapView === "difference") return { views: ["difference"], rows, ...ratios(rows.map((k) => state.difference[k] / set.value[k]), "second over first scan") };
   const { factor } = QUANTITIES[state.quantity];
   const values = rows.map((k) => set.value[k] * factor(cosine(set.theta_r[k])));
   const range = rangeOf(values, state.scale === "log");

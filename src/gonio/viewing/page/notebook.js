@@ -10,7 +10,7 @@ const TO_PAGE = "gonio-kernel";
 export function mount(root, store, actions) {
   if (!notebook) return;
   const state = store.get();
-  const fit = element("button", { type: "button", title: "The kernel of the notebook fits this model; held values stay" }, "Fit");
+  const fit = element("button", { type: "button", title: "The kernel of the notebook fits this model; held values stay (f)" }, "Fit");
   root.append(fit);
   let sent = "";
 
@@ -24,11 +24,13 @@ export function mount(root, store, actions) {
     sent = told;
   }
 
-  fit.addEventListener("click", () => {
+  actions.fit = () => {
+    if (fit.disabled) return;
     fit.disabled = true;
     fit.textContent = "Fitting …";
     post("fit", { ...now(), locked: [...state.locked] });
-  });
+  };
+  fit.addEventListener("click", actions.fit);
 
   const answers = {
     values({ model, values }) {

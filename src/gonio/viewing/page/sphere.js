@@ -4,7 +4,8 @@ import { sphere, teapot } from "gonio/bodies.js";
 import { dark, ofStyle } from "gonio/colours.js";
 import { cellsShown, isReady, valuesOf } from "gonio/compute.js";
 import { element, oneOf } from "gonio/elements.js";
-import { camera, excuse, geometry, mesh, once, paint, program, settling, shareOf, timed } from "gonio/gl.js";
+import { brightness, measuredBrightness, MOST, stopsFor, stopsLabel } from "gonio/exposure.js";
+import { camera, excuse, geometry, mesh, once, paced, paint, program, settling } from "gonio/gl.js";
 import { uniformsOf } from "gonio/hemisphere.js";
 import { aboutTable, hasTable, measured, modelled, withoutTable } from "gonio/modelled.js";
 import { scaleOf, SEQUENTIAL } from "gonio/palette.js";
@@ -23,7 +24,7 @@ export function mount(root, store) {
   const ctx = canvas.getContext("2d");
   const across = slider("light, across", -85, 85, 1, 35, "°");
   const upwards = slider("light, up", -85, 85, 1, 35, "°");
-  const exposure = slider("exposure", -8, 8, 0.5, 0, " stops");
+  const exposure = slider("exposure", -MOST, MOST, 0.5, 0, "");
   const dome = element("input", { type: "checkbox" });
   const note = element("p", { className: "note" });
   const wrong = element("p", { className: "warning" });
@@ -31,13 +32,15 @@ export function mount(root, store) {
   const from = oneOf("of", "lit-from", [["model", "model"], ["table", "measured"]], "model", (litFrom) => store.set({ litFrom }));
   const skyLabel = element("label", { className: "tick-box" }, dome, element("span", {}, "and an even sky"));
   root.append(element("div", { className: "row" }, what, from, skyLabel), canvas, across.box, upwards.box, exposure.box, wrong, note);
-  store.set({ body: "sphere", litFrom: "model", lamp: [35, 35] });
+  store.set({ body: "sphere", litFrom: null, lamp: [35, 35], exposure: null });
   let sky = { key: "", tables: new Map() };
+  let suited = { key: "", stops: 0, isClipped: false };
 
   for (const one of [across, upwards]) {
     one.input.addEventListener("input", () => store.set({ lamp: [Number(across.input.value), Number(upwards.input.value)] }));
   }
-  for (const input of [exposure.input, dome]) input.addEventListener("input", () => redraw());
+  exposure.input.addEventListener("input", () => store.set({ exposure: Number(exposure.input.value) }));
+  dome.addEventListener("input", () => redraw());
 
   // The light goes to where the pointer is on the sphere.
   canvas.addEventListener("pointerdown", (event) => {
@@ -58,8 +61,9 @@ export function mount(root, store) {
 
   function controls(state) {
     from.hidden = !hasTable(state);
-    if (from.hidden && state.litFrom === "table") store.set({ litFrom: "model" });
-    for (const input of root.querySelectorAll("input[name=lit-from]")) input.checked = input.value === state.litFrom;
+    if (from.hidden && state.litFrom === "table") store.set({ litFrom: null });
+    if (!from.hidden && state.litFrom === null && !state.fit) store.set({ litFrom: "table" }); // no model is near it yet
+    for (const input of root.querySelectorAll("input[name=lit-from]")) input.checked = input.value === (state.litFrom ?? "model");
   }
 
   function draw(coarse) {
@@ -68,7 +72,7 @@ export function mount(root, store) {
     if (!width || !isReady(state)) return;
     across.show(state.lamp[0]);
     upwards.show(state.lamp[1]);
-    exposure.show(Number(exposure.input.value));
+    exposure.show(exposureOf(state), stopsLabel(exposureOf(state)));
     const size = Math.round(width * (window.devicePixelRatio || 1));
     if (canvas.width !== size) {
       canvas.width = canvas.height = size;
@@ -92,10 +96,8 @@ export function mount(root, store) {
     const passes = passesOf(state, coarse);
     if (!passes.length) return;
     const name = `${state.body} ${passes[0].what.name} ${passes.length}`;
-    const pixels = box.width * box.height;
-    const share = shareOf(name, pixels, coarse);
-    const white = Math.PI * 2 ** Number(exposure.input.value) * norm(state);
-    timed(name, pixels * share * share, () =>
+    const white = Math.PI * 2 ** exposureOf(state) * norm(state);
+    paced(name, box.width * box.height, coarse, (share) =>
       paint(ctx, box, share, (gl) => {
         const body = once(state.body, () => bodyOf(gl, state.body));
         for (const { what, mask, cell } of passes) {
@@ -114,6 +116,22 @@ export function mount(root, store) {
         gl.colorMask(true, true, true, true);
       }),
     );
+  }
+
+  // The stops that the user chose; else those that suit the body as it was first shown, so that moving a slider or the
+  // light changes how bright it is.
+  function exposureOf(state) {
+    if (state.exposure !== null) return state.exposure;
+    const key = [state.set, state.block, state.model.declaration.name, state.fitName, state.litFrom].join();
+    if (suited.key !== key) {
+      const blocks = channels(state) ?? [state.block];
+      const found = blocks.flatMap((block) =>
+        state.litFrom === "table" ? measuredBrightness(state.sets[state.set], block) : brightness(state, cellOf(state, block), lampOf(state)),
+      );
+      const factor = norm(state);
+      suited = { key, ...stopsFor(found.map((one) => one * factor)) };
+    }
+    return suited.stops;
   }
 
   // The table of the sky of a cell: while something is dragged that of before.
@@ -140,18 +158,21 @@ export function mount(root, store) {
     const white = set.relative
       ? "Relative values: their geometric mean is drawn as mid grey (18 %)."
       : "White is a perfect diffuser that is lit straight.";
+    const stops = exposureOf(state);
+    const times = stops ? ` The exposure shows it ${number(2 ** Math.abs(stops), 3)} times ${stops > 0 ? "brighter" : "darker"}.` : "";
+    const clipped = state.exposure === null && suited.isClipped ? " The highlight is brighter than the screen." : "";
     const colours = channels(state) ? " Three channels: red, green and blue." : "";
     const grouped = state.groups.some((own, k) => !declaration.parameters[k].weight && new Set(own).size > 1) ? " The values are those of the incidence angle that is chosen." : "";
     const lit = `light ${side(state.lamp[0], "right", "left")} and ${side(state.lamp[1], "above", "below")}`;
     canvas.ariaLabel = `${state.body}, ${of}, ${lit}: ${middle}.`;
     const sky = dome.checked ? " The sky adds its directional reflectance, from a table of 64 angles." : "";
     note.textContent = `${of}: ${middle}`.replace(/\.$/, "");
-    note.textContent += `. ${white}${colours}${sky}${grouped} No shadows. ${aboutTable(state)} ${withoutTable(state)}`.trimEnd();
+    note.textContent += `. ${white}${times}${clipped}${colours}${sky}${grouped} No shadows. ${aboutTable(state)} ${withoutTable(state)}`.trimEnd();
   }
 
   const redraw = settling(draw);
   store.watch(["set", "sets", "tables", "litFrom"], controls);
-  store.watch(["set", "sets", "block", "cell", "values", "groups", "model", "shader", "graphics", "body", "lamp", "litFrom", "theme", "tables"], redraw);
+  store.watch(["set", "sets", "block", "cell", "values", "groups", "model", "shader", "graphics", "body", "lamp", "litFrom", "exposure", "theme", "tables"], redraw);
   new ResizeObserver(() => draw(false)).observe(root);
   dark.addEventListener("change", () => draw(false));
 }
@@ -162,9 +183,9 @@ const side = (angle, one, other) => `${Math.abs(angle)}° ${angle < 0 ? other : 
 function slider(label, min, max, step, value, of) {
   const input = element("input", { type: "range", min, max, step, value });
   const output = element("output", {});
-  const show = (now) => {
+  const show = (now, text = `${String(now).replace("-", "−")}${of}`) => {
     input.value = now;
-    output.textContent = `${String(now).replace("-", "−")}${of}`;
+    output.textContent = input.ariaValueText = text;
   };
   return { input, show, box: element("label", { className: "choice wide" }, element("span", {}, label), input, output) };
 }

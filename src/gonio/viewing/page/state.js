@@ -13,7 +13,7 @@
 // quantity    f, fcos or pif        scale   log or linear
 // result      curves, residuals and agreement of the values; see compute.js
 // cursor      {cell, row}, the measured value that is read, or null
-// job         the fit that is running: {number, set, fraction, name}, or null
+// job         the fit that is running: {number, set, fraction, name, unasked}, or null; unasked: the page began it
 // second      the place of the scan that is compared, -1 for none
 // pair        its values at the directions of the first, difference the same as numbers alone; null without one
 // pairAs      ratio or difference           dragging  whether the curve is dragged
@@ -22,8 +22,10 @@
 // mapView     both, data, model, ratio or difference: what the hemisphere shows
 // difference  values of a second scan at the rows of the set, or null
 // body, lamp  what is lit, and from where: degrees to the right and upwards, as the eye sees it
-// litFrom     model, or table: the values of the file     tables: how many tables of files have come
+// exposure    in stops, null for what suits the body
+// litFrom     model, or table: the values of the file; null before one was chosen     tables: how many tables of files have come
 // orbit       from where the lobe is seen: how far it is turned and tilted [deg]
+// findings    of the scan whose findings came last: what `gonio check` warns of
 // error       what went wrong, to be shown
 
 export function createStore(state) {

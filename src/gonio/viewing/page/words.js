@@ -46,9 +46,9 @@ export function unitOf(parameter, set) {
 }
 
 export const QUANTITIES = {
-  f: { label: "f", factor: () => 1 },
-  fcos: { label: "f cos θᵣ", factor: (cosine) => cosine },
-  pif: { label: "π f", factor: () => Math.PI },
+  f: { label: "f", title: "The BRDF itself", factor: () => 1 },
+  fcos: { label: "f cos θᵣ", title: "BRDF times the cosine of θᵣ: the scattered power", factor: (cosine) => cosine },
+  pif: { label: "π f", title: "The reflectance factor: 1 for a perfect diffuser", factor: () => Math.PI },
 };
 
 // The label of the axis of values, with its unit.

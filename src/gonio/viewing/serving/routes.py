@@ -35,6 +35,7 @@ def application(
         Route("/api/session", _session),
         Route("/api/set/{place:int}.bin", _columns),
         Route("/api/set/{place:int}/table.bin", _table),
+        Route("/api/set/{place:int}/findings", _findings),
         Route("/api/model/{name}.js", _model(module, "text/javascript")),
         Route("/api/model/{name}.glsl", _model(shader, "text/plain")),
         *jobs.ROUTES,
@@ -73,6 +74,11 @@ async def _session(request: Request) -> Response:
 async def _columns(request: Request) -> Response:
     found = await asyncio.to_thread(lambda: opened_in(request).columns.encoded())
     return Response(found, media_type="application/octet-stream")
+
+
+async def _findings(request: Request) -> Response:
+    opened = opened_in(request)
+    return JSONResponse(await asyncio.to_thread(lambda: opened.findings))
 
 
 async def _table(request: Request) -> Response:

@@ -66,7 +66,7 @@ def main() -> int:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         for row in np.stack(columns, axis=-1):
-            writer.writerow(["" if np.isnan(v) else int(round(v)) for v in row])
+            writer.writerow(["" if np.isnan(v) else round(v) for v in row])
     return 0
 
 

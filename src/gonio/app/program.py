@@ -21,7 +21,7 @@ from gonio.options import Panel
 GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "view", "check", "report", "stack", "fit-stack"),
     "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
-    "Files": ("import", "convert", "export", "diff", "reduce", "fetch", "sample", "formats"),
+    "Files": ("import", "convert", "complete", "export", "diff", "reduce", "fetch", "sample", "formats"),
     "Models": ("models", "eval", "draw", "albedo", "magnitude", "materials", "topography", "demo"),
 }
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)

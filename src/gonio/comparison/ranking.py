@@ -11,6 +11,7 @@ import xarray as xr
 
 from gonio.comparison.assessment import Row, assess, validate
 from gonio.comparison.metrics import METRICS
+from gonio.completion import Correction
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.fitting import fit
 from gonio.fitting.objective.from_scan import answered
@@ -38,6 +39,7 @@ def compare(
     *,
     by: str = "",
     left_out: str = "",
+    correction: Correction | None = None,
     solver: Solver | None = None,
     workers: int = 1,
     progress: Progress = silent,
@@ -57,6 +59,8 @@ def compare(
     left_out : str
         `theta_i`, `out-of-plane`, or a number of blocks: what is left out in turn and predicted from the rest. The
         order is then by the metric of these predictions.
+    correction : Correction, optional
+        `gonio.completion.Correction()`: these predictions are corrected by what the other parts show beyond the model.
     solver : Solver, optional
         `gonio.fitting.Projection()` unless another is given.
     workers : int
@@ -81,7 +85,7 @@ def compare(
     if by and by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
     problems = problems_of(scan, models, settled(scan, options))
-    work = functools.partial(assessed, solver=solver, left_out=left_out)
+    work = functools.partial(assessed, solver=solver, left_out=left_out, correction=correction)
     done: dict[int, Row] = {}
     longest = longest_first(problems)
     for index, row in results(work, [problems[k] for k in longest], workers):
@@ -112,10 +116,16 @@ def longest_first(problems: Sequence[Problem]) -> list[int]:
     return sorted(range(len(problems)), key=lambda k: -len(problems[k].free_shape))
 
 
-def assessed(problem: Problem, solver: Solver | None, left_out: str, covariance: str = DEFAULT) -> Row:
+def assessed(
+    problem: Problem,
+    solver: Solver | None,
+    left_out: str,
+    covariance: str = DEFAULT,
+    correction: Correction | None = None,
+) -> Row:
     """A problem fitted, and validated where something is left out."""
     row = assess(problem, fit(problem, solver, covariance=covariance))
-    return validate(problem, row, left_out) if left_out else row
+    return validate(problem, row, left_out, correction=correction) if left_out else row
 
 
 def ordered(rows: Sequence[Row], by: str = "") -> list[Row]:

@@ -51,16 +51,21 @@ def materials() -> tuple[str, ...]:
     return _table()[0]
 
 
+def refuse_unknown(without: Sequence[str]) -> None:
+    """ValueError with all names where one of a material is not known."""
+    if unknown := sorted(set(without) - set(materials() if without else ())):
+        raise ValueError(f"{unknown[0]}: the prior has no such material; it has {', '.join(materials())}")
+
+
 def residuals(points: xr.Dataset, without: Sequence[str] = ()) -> Values:
-    """The residuals of the materials at the directions of a flat scan (points, materials) over the root of their number.
+    """Residuals of the materials at the directions of a flat scan (points, materials) over the root of their number.
 
     So the product of two rows is the covariance of two directions. `without` names materials that are left out, as a
     scan of one of them must be judged without it.
     Raises ValueError where there is no such material.
     """
+    refuse_unknown(without)
     names, grid = _table()
-    if unknown := sorted(set(without) - set(names)):
-        raise ValueError(f"{unknown[0]}: the prior has no such material; it has {', '.join(names)}")
     kept = [k for k, name in enumerate(names) if name not in without]
     axes = (np.array(HALVES), np.array(DIFFERENCES), np.array(AZIMUTHS))
     angles = half_angles(points)

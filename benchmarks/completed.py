@@ -1,7 +1,7 @@
 """Corrected predictions on the measured scans, each incidence angle left out in turn: `make completed`.
 
-Writes benchmarks/completed.json, which docs/completion.md is made from, scan by scan: a record that is there is kept, so
-that an interrupted run goes on. Delete the file to make all anew. The figures of the scans are those of `gonio compare
+Writes benchmarks/completed.json, which docs/completion.md is made from, scan by scan. A scan that is there is kept, so
+an interrupted run goes on. Delete the file to make all anew. The figures of the scans are those of `gonio compare
 --correct`. The coating over all azimuths is filled from its plane of incidence, and judged by all else.
 """
 
@@ -34,7 +34,18 @@ def judged(path: Path, model: str, more: tuple[str, ...]) -> dict[str, Any]:
     """What `gonio compare --correct` says of a scan."""
     program = Path(sys.executable).with_name("gonio")
     start = [program] if program.exists() else [sys.executable, "-m", "gonio"]
-    options = ("--models", model, "--weighting", "log", "--validate", "theta_i", "--correct", "--keep-all", "--workers", "1")
+    options = (
+        "--models",
+        model,
+        "--weighting",
+        "log",
+        "--validate",
+        "theta_i",
+        "--correct",
+        "--keep-all",
+        "--workers",
+        "1",
+    )
     command = [*start, "compare", path, *options, *more, "--json", "-"]
     done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60 * MINUTES)
     row = json.loads(done.stdout)[0]["ranking"][0]
@@ -53,8 +64,13 @@ def of_scan(path: Path, folder: Path) -> dict[str, Any]:
     scan = usable(path, positive=True)
     kept = folder / f"{path.stem}.csv"  # what the files' headers warn of is left out
     write(dataset.points(scan), kept, force=True)
-    found = {way: judged(kept, MODEL, (*more, *(own(path.stem) if way == "prior" else ()))) for way, more in WAYS.items()}
-    return found | {"prior_alone": judged(kept, "lambert", own(path.stem)), "points": dataset.points(scan).sizes["direction"]}
+    found = {
+        way: judged(kept, MODEL, (*more, *(own(path.stem) if way == "prior" else ()))) for way, more in WAYS.items()
+    }
+    return found | {
+        "prior_alone": judged(kept, "lambert", own(path.stem)),
+        "points": dataset.points(scan).sizes["direction"],
+    }
 
 
 def full_azimuth() -> dict[str, Any]:
@@ -95,7 +111,10 @@ def main() -> int:
             if path.stem not in record["scans"]:
                 record["scans"][path.stem] = of_scan(path, Path(folder))
                 keep(record)
-                print(path.stem, *(f"{k} {v['validated']:.4f}" for k, v in record["scans"][path.stem].items() if k != "points"))
+                print(
+                    path.stem,
+                    *(f"{k} {v['validated']:.4f}" for k, v in record["scans"][path.stem].items() if k != "points"),
+                )
     if "full_azimuth" not in record:
         record["full_azimuth"] = full_azimuth()
         keep(record)

@@ -79,8 +79,8 @@ def complete(
     points = dataset.points(scan)
     learned = Correction(prior=prior, without=tuple(without)).learned(points, solution.brdf(points))
     places = _places(points, onto)
+    shift, lg_uncertainty, known = learned.at(places)  # refuses a set that the scan does not have
     modelled = solution.brdf(places)
-    shift, lg_uncertainty, known = learned.at(places)
     value = modelled * 10**shift
     unit = {"units": dataset.unit(scan)}
     origin = np.where(known >= HALF, *ORIGINS[1:])

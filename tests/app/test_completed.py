@@ -1,11 +1,13 @@
 """`gonio complete`, and `gonio compare --correct`: what they write, and what they refuse."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gonio import catalogue, read, simulate, write
+from gonio.app.views.fit.answer import steepest_lines
 from gonio.formats.native.tidy_csv import read_directions
 
 VALUES = {"rho_s": 0.2, "rho_d": 0.1, "width": 0.3}
@@ -138,3 +140,14 @@ def test_compare_says_both_errors_in_words(run, here):
     assert code == 0
     assert "without the correction" in " ".join(out.split())
     assert "at the steepest angle" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(("steepest", "lines"), [(0.3, 1), (0.14, 0)])
+def test_an_error_at_the_steepest_angle_that_is_much_larger_is_told(steepest, lines):
+    """Angles are compared as numbers: 9 deg is not the steepest."""
+    by_fold = {"theta_i 9": 0.1, "theta_i 60": steepest, "theta_i 30": 0.1}
+    best = SimpleNamespace(by_fold=by_fold, metric="log10_rmse", model=SimpleNamespace(name="ggx"))
+    told = list(steepest_lines(SimpleNamespace(best=best, left_out="theta_i")))
+    assert len(told) == lines
+    assert all("0.3 at the steepest, 60 deg, and 0.1 at the others" in line for line in told)
+    assert not list(steepest_lines(SimpleNamespace(best=best, left_out="5")))

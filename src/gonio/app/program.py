@@ -21,8 +21,8 @@ from gonio.options import Panel
 GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "view", "check", "report", "stack", "fit-stack"),
     "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
-    "Files": ("import", "convert", "complete", "export", "diff", "reduce", "fetch", "sample", "formats"),
-    "Models": ("models", "eval", "draw", "albedo", "magnitude", "materials", "topography", "demo"),
+    "Files": ("import", "convert", "export", "diff", "reduce", "fetch", "sample", "formats"),
+    "Models": ("models", "eval", "complete", "draw", "albedo", "magnitude", "materials", "topography", "demo"),
 }
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 EXAMPLES = (

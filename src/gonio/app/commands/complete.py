@@ -68,9 +68,9 @@ def command(
     output: OutputOptions,
     out: Annotated[Path, Option("the file to write, in the format of its suffix", metavar="FILE", panel=Panel.OUTPUT)],
 ) -> None:
-    """Give a surface at directions that were not measured, by a fit and what the scan says beyond it.
+    """Give a surface where it was not measured, and how sure it is.
 
-    The residuals of the fit are learned. Each value has a standard uncertainty, and an origin: measured,
+    A fit is corrected by what is learned from its residuals. Each value has a standard uncertainty, and an origin: measured,
     corrected by its neighbours, or the model alone.
     """
     data, chosen, places = used.read(scan), correction.chosen, completed.places

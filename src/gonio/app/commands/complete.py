@@ -70,8 +70,8 @@ def command(
 ) -> None:
     """Give a surface where it was not measured, and how sure it is.
 
-    A fit is corrected by what is learned from its residuals. Each value has a standard uncertainty, and an origin: measured,
-    corrected by its neighbours, or the model alone.
+    A fit is corrected by what is learned from its residuals. Each value has a standard uncertainty, and an origin:
+    measured, corrected by its neighbours, or the model alone.
     """
     data, chosen, places = used.read(scan), correction.chosen, completed.places
     solution = contents.fit_named(model) or fit(Problem(catalogue[model], data, weighting=completed.weighting))

@@ -96,7 +96,12 @@ def azimuths(found: dict[str, Any]) -> str:
     ways = [(words, found[way]) for way, words in WAYS.items() if way in found]
     lines = [["the model alone", f"{found['plain']:.4f}", "–"]]
     lines += [[words, f"{one['log10_rmse']:.4f}", f"{100 * one['held']:.1f}"] for words, one in ways]
-    return table(["filled by", "lg RMSE", "held by 95 % intervals [%]"], lines, 1)
+    narrow = min(one["held"] for _, one in ways) < HELD[0] / 100
+    words = (
+        "\n\nThe intervals are too narrow here: nothing out of the plane took part in choosing how the uncertainty is made."
+        * narrow
+    )
+    return table(["filled by", "lg RMSE", "held by 95 % intervals [%]"], lines, 1) + words
 
 
 def page(record: dict[str, Any]) -> str:

@@ -39,7 +39,6 @@ def compare(
     *,
     by: str = "",
     left_out: str = "",
-    correction: Correction | None = None,
     solver: Solver | None = None,
     workers: int = 1,
     progress: Progress = silent,
@@ -59,8 +58,6 @@ def compare(
     left_out : str
         `theta_i`, `out-of-plane`, or a number of blocks: what is left out in turn and predicted from the rest. The
         order is then by the metric of these predictions.
-    correction : Correction, optional
-        `gonio.completion.Correction()`: these predictions are corrected by what the other parts show beyond the model.
     solver : Solver, optional
         `gonio.fitting.Projection()` unless another is given.
     workers : int
@@ -85,7 +82,7 @@ def compare(
     if by and by not in METRICS:
         raise ValueError(f"no metric {by!r}: choose one of {', '.join(METRICS)}")
     problems = problems_of(scan, models, settled(scan, options))
-    work = functools.partial(assessed, solver=solver, left_out=left_out, correction=correction)
+    work = functools.partial(assessed, solver=solver, left_out=left_out)
     done: dict[int, Row] = {}
     longest = longest_first(problems)
     for index, row in results(work, [problems[k] for k in longest], workers):

@@ -80,8 +80,9 @@ lock: ## pins every dependency anew (needs uv)
 	printf 'mitsuba\npySCATMECH\nnumpy\npyradiance\npywincalc\ntmm\nwgpu\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/crosscheck.lock
 	printf 'anywidget\njupyterlab\nplaywright\n' | $(subst pyproject.toml,-,$(COMPILE)) --no-annotate -o locks/jupyter.lock
 
-BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu coverage crosscheck designs figures fuzz grain \
-	interrupt intervals lowest mutation mutation-printers newest nist planted renders slopes spectral validated \
+BY_HAND := answers bench bench-quick bench-peers bench-compare bench-big bench-crash bench-gpu completed coverage \
+	crosscheck designs figures fuzz grain interrupt intervals lowest mutation mutation-printers newest nist planted \
+	prior renders slopes spectral validated \
 	wavelengths
 ifndef INSIDE
 .PHONY: $(BY_HAND)

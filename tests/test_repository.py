@@ -140,7 +140,7 @@ def tracked() -> list[Path]:
 
 
 def test_public_names_load_and_are_few():
-    assert len(gonio.__all__) <= 27
+    assert len(gonio.__all__) <= 28  # complete: a surface where it was not measured
     assert gonio.__all__ == sorted(gonio.__all__)
     for name in gonio.__all__:
         assert getattr(gonio, name) is not None

@@ -15,6 +15,7 @@ _HOMES = {
     "catalogue": "gonio.models",
     "check": "gonio.findings.registry",
     "compare": "gonio.comparison.ranking",
+    "complete": "gonio.completion",
     "convert": "gonio.resampling.conversion",
     "evaluate": "gonio.evaluation",
     "export": "gonio.exporting.entry",
@@ -61,6 +62,7 @@ __all__ = [
     "catalogue",
     "check",
     "compare",
+    "complete",
     "convert",
     "evaluate",
     "export",
@@ -85,6 +87,7 @@ __all__ = [
 if TYPE_CHECKING:
     from gonio.comparison.answer import fit
     from gonio.comparison.ranking import compare
+    from gonio.completion import complete
     from gonio.evaluation import evaluate
     from gonio.exporting.entry import export
     from gonio.findings.registry import check

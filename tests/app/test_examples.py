@@ -66,6 +66,7 @@ def files(tmp_path_factory):
     for seed, name in enumerate(("one", "two", "before", "after")):
         write(painted(100 + seed, sets=(650.0,)), folder / f"{name}.csv")
     (folder / "wafers").mkdir()
+    (folder / "directions.csv").write_text("theta_i_deg,theta_r_deg,phi_deg\n20,40,0\n20,40,150\n35,35,180\n")
     for k in (1, 2, 10):
         write(painted(300 + k, sets=(650.0,)), folder / "wafers" / f"wafer{k}.csv")
     write(painted(200, sets=(650.0,), rho_s=0.0, rho_d=0.001), folder / "blank.csv")

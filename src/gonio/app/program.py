@@ -22,7 +22,7 @@ GROUPS = {
     "Measurements and fits": ("info", "fit", "compare", "plot", "view", "check", "report", "stack", "fit-stack"),
     "Measuring": ("plan", "plan-next", "measure", "watch", "verify"),
     "Files": ("import", "convert", "export", "diff", "reduce", "fetch", "sample", "formats"),
-    "Models": ("models", "eval", "draw", "albedo", "magnitude", "materials", "topography", "demo"),
+    "Models": ("models", "eval", "complete", "draw", "albedo", "magnitude", "materials", "topography", "demo"),
 }
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 EXAMPLES = (

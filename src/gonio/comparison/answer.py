@@ -199,7 +199,7 @@ def _unvalidated(row: Row) -> tuple[float, int]:
 def _of_all(problem: Problem, raced: Row, asked: Asked) -> Row:
     """The row of a model fitted to all points, validated on all where they are not too many, else as it was raced."""
     whole = len(problem.measured) <= VALIDATED
-    row = assessed(problem, asked.solver, raced.left_out if whole else "", asked.covariance)
+    row = assessed(problem, asked.solver, raced.left_out if whole else "", asked.covariance, asked.correction)
     if whole:
         return row
     return replace(
@@ -208,6 +208,8 @@ def _of_all(problem: Problem, raced: Row, asked: Asked) -> Row:
         by_fold=raced.by_fold,
         left_out=raced.left_out,
         judged_left_out=raced.judged_left_out,
+        validated_plain=raced.validated_plain,
+        intervals=raced.intervals,
     )
 
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from gonio.comparison.corrected import Intervals, predicted
 from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
-from gonio.fitting.certainty.hold_out import SETTLED, predictions
+from gonio.completion import Correction
+from gonio.fitting.certainty.hold_out import SETTLED
 from gonio.fitting.certainty.quantiles import student_t
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
@@ -46,7 +48,11 @@ class Row:
         What was left out, as `hold_out.folds` takes it; empty where nothing was.
     validated, by_fold : mapping
         The metrics over the points that were left out, and `metric` of each left-out part; both empty where nothing
-        was.
+        was. Of corrected predictions where a correction was asked for.
+    validated_plain : mapping
+        Those of the model alone, where a correction was asked for.
+    intervals : Intervals
+        How often the 95 % intervals of corrected predictions hold what was measured, or None.
 
     """
 
@@ -63,6 +69,8 @@ class Row:
     left_out: str = ""
     by_fold: Mapping[str, float] = field(default_factory=dict)
     judged_left_out: Judged | None = None
+    validated_plain: Mapping[str, float] = field(default_factory=dict)
+    intervals: Intervals | None = None
 
     @property
     def model(self) -> Model:
@@ -127,7 +135,9 @@ def information_criteria(squares: float, points: int, free: float) -> tuple[floa
     return deviance + 2 * k + 2 * k * (k + 1) / (points - k - 1), deviance + k * math.log(points)
 
 
-def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> Row:
+def validate(
+    problem: Problem, row: Row, by: str, settled: float = SETTLED, correction: Correction | None = None
+) -> Row:
     """Cross-validate one fit: predict the parts of a scan that the fit is not shown.
 
     Parameters
@@ -139,7 +149,9 @@ def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> R
     by : str
         What is left out in turn: `theta_i`, `out-of-plane`, or a number of blocks.
     settled : float
-        The relative change of E at which the search of a part ends, as `predictions` takes it.
+        The relative change of E at which the search of a part ends, as `hold_out.predictions` takes it.
+    correction : Correction, optional
+        The predictions are corrected by what is learned from the directions that each fit was shown.
 
     Returns
     -------
@@ -153,12 +165,15 @@ def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> R
         A part cannot be predicted.
 
     """
-    modelled, parts = predictions(problem, row.solution, by, settled)
+    found = predicted(problem, row.solution, by, settled, correction)
+    modelled, parts = found.values, found.parts
     # not where the prediction is finite: every model answers for the same points
     rows = np.flatnonzero(np.logical_or.reduce([part for _, part in parts]))
     floor, left_out = floor_of(problem), problem.points.isel(direction=rows)
     weights = None if problem.logarithmic else problem.root_weights**2
-    validated = metrics(left_out, modelled[rows], weights if weights is None else weights[rows], floor)
+    weights_left_out = weights if weights is None else weights[rows]
+    validated = metrics(left_out, modelled[rows], weights_left_out, floor)
+    plain = metrics(left_out, found.plain[rows], weights_left_out, floor) if correction else {}
     by_fold = {}
     for name, part in parts:
         points = problem.points.isel(direction=np.flatnonzero(part))
@@ -171,6 +186,8 @@ def validate(problem: Problem, row: Row, by: str, settled: float = SETTLED) -> R
         by_fold=by_fold,
         left_out=by,
         judged_left_out=judged(left_out, modelled[rows], floor),
+        validated_plain={name: plain[name] for name in VALIDATED if name in plain},
+        intervals=found.intervals,
     )
 
 

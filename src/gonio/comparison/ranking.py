@@ -11,6 +11,7 @@ import xarray as xr
 
 from gonio.comparison.assessment import Row, assess, validate
 from gonio.comparison.metrics import METRICS
+from gonio.completion import Correction
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.fitting import fit
 from gonio.fitting.objective.from_scan import answered
@@ -112,10 +113,16 @@ def longest_first(problems: Sequence[Problem]) -> list[int]:
     return sorted(range(len(problems)), key=lambda k: -len(problems[k].free_shape))
 
 
-def assessed(problem: Problem, solver: Solver | None, left_out: str, covariance: str = DEFAULT) -> Row:
+def assessed(
+    problem: Problem,
+    solver: Solver | None,
+    left_out: str,
+    covariance: str = DEFAULT,
+    correction: Correction | None = None,
+) -> Row:
     """A problem fitted, and validated where something is left out."""
     row = assess(problem, fit(problem, solver, covariance=covariance))
-    return validate(problem, row, left_out) if left_out else row
+    return validate(problem, row, left_out, correction=correction) if left_out else row
 
 
 def ordered(rows: Sequence[Row], by: str = "") -> list[Row]:

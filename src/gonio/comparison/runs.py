@@ -10,6 +10,7 @@ from typing import NamedTuple
 from gonio.comparison.assessment import Row, validate
 from gonio.comparison.race import HOPE, RACE
 from gonio.comparison.ranking import assessed
+from gonio.completion import Correction
 from gonio.fitting.certainty.hold_out import SETTLED
 from gonio.fitting.covariance_kinds import DEFAULT
 from gonio.fitting.objective.automatic import AUTO
@@ -37,6 +38,7 @@ class Asked:
     blocks of directions; `none` leaves nothing out. by: a metric of the fit to rank by in place of what is left out.
     race: fit only models that a first look finds near to the best; else all. keep_all: fit values that the rest of the
     scan contradicts, too. solver, covariance: as `fitting.fit` takes them. workers: processes that share the models.
+    correction: how predictions of what is left out are corrected; None leaves them as they are.
     """
 
     left_out: str = AUTO
@@ -46,6 +48,7 @@ class Asked:
     solver: Solver | None = None
     covariance: str = DEFAULT
     workers: int = 1
+    correction: Correction | None = None
 
 
 def _ignored(row: Row) -> None:
@@ -100,9 +103,7 @@ class Run:
         return list(self._fits(runners, self.asked.solver).values())
 
     def _fits(self, some: Sequence[int], solver: Solver | None, unless: float = math.inf) -> dict[int, Row]:
-        work = functools.partial(
-            _assessed, solver=solver, left_out=self.left_out, covariance=self.asked.covariance, unless=unless
-        )
+        work = functools.partial(_assessed, solver=solver, left_out=self.left_out, asked=self.asked, unless=unless)
         rows = {}
         for index, row in self.shared(work, [self.problems[k] for k in some]):
             rows[some[index]] = row
@@ -114,12 +115,12 @@ class Run:
         return rows
 
 
-def _assessed(problem: Problem, solver: Solver | None, left_out: str, covariance: str, unless: float) -> Row:
+def _assessed(problem: Problem, solver: Solver | None, left_out: str, asked: Asked, unless: float) -> Row:
     """A problem fitted, and validated where something is left out, unless the fit errs by more than what is given."""
-    row = assessed(problem, solver, "", covariance)
+    row = assessed(problem, solver, "", asked.covariance)
     if not left_out or _root(row, row.metrics) > unless:
         return row
-    return validate(problem, row, left_out, ROUGHLY if solver == RACE else SETTLED)
+    return validate(problem, row, left_out, ROUGHLY if solver == RACE else SETTLED, asked.correction)
 
 
 def _root(row: Row, metrics: Mapping[str, float]) -> float:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from gonio.app.answering import AnswerOptions, watched
+from gonio.app.correcting import CorrectionOptions
 from gonio.app.help_page import Example
 from gonio.app.legend import legend
 from gonio.app.options import ModelNames, OutputOptions, ScanOptions, Scans, chosen_models
@@ -22,6 +23,10 @@ EXAMPLES = (
     Example(
         "gonio compare scan.csv --models family --weighting uniform --validate none",
         "The study of the paper: its models, by the squared error of the fit",
+    ),
+    Example(
+        "gonio compare scan.csv --models ggx,ward --validate theta_i --correct",
+        "How well corrected models predict an incidence angle that was not measured",
     ),
 )
 
@@ -41,11 +46,15 @@ class RankingOptions(AnswerOptions):
         ),
     ] = ""
     by_incidence: Annotated[bool, Option("also print the nRMSE at each incidence angle")] = False
+    correct: Annotated[
+        bool, Option("correct each prediction of what is left out by what the rest of the scan shows beyond the model")
+    ] = False
 
 
 def command(
     scans: Scans,
     ranked: RankingOptions,
+    correction: CorrectionOptions,
     problem: ProblemOptions,
     search: SearchOptions,
     scan: ScanOptions,
@@ -57,10 +66,20 @@ def command(
     """
     if ranked.rank and ranked.rank not in METRICS:
         raise ValueError(f"no metric {ranked.rank!r}: choose one of {', '.join(METRICS)}")
+    if not ranked.correct:
+        correction.refuse_unused("--correct")
+    elif ranked.validate == answering.NOTHING:
+        raise ValueError("--correct corrects what is left out, and --validate none leaves nothing out: name theta_i")
     models = chosen_models(ranked.models) if ranked.models else answering.everything()
     if not models:
         raise ValueError("--models names no model: there is nothing to compare")
-    asked = ranked.asked(len(models), solver=search.chosen(), race=not ranked.models, by=ranked.rank)
+    asked = ranked.asked(
+        len(models),
+        solver=search.chosen(),
+        race=not ranked.models,
+        by=ranked.rank,
+        correction=correction.chosen if ranked.correct else None,
+    )
     answers: list[tuple[Path, answering.Answer]] = []
     for path, data in [(path, scan.read(path)) for path in scans]:
         with watched(path.name) as watch:

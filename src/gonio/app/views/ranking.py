@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,6 +135,7 @@ def record(path: Path, answer: "Answer") -> dict[str, Any]:
             "aicc": row.aicc,
             "bic": row.bic,
             "validated": dict(row.validated),
+            **_corrected_record(row),
             "lg_rmse_points_left_out": judged_record(row.judged_left_out) if row.judged_left_out else {},
             "by_fold": dict(row.by_fold),
             "by_incidence": {f"{angle:g}": dict(m) for angle, m in row.by_incidence.items()},
@@ -143,12 +145,36 @@ def record(path: Path, answer: "Answer") -> dict[str, Any]:
     return {"scan": str(path), "ranking": ranking} | answer.record()
 
 
+def _corrected_record(row: "Row") -> dict[str, Any]:
+    """What a correction adds: the errors without it, and how often the intervals hold; nothing without one."""
+    if row.intervals is None:
+        return {}
+    return {"validated_plain": dict(row.validated_plain), "intervals": {"level": 0.95} | asdict(row.intervals)}
+
+
+def _corrected_lines(rows: Sequence["Row"]) -> Iterator[str]:
+    """The same in words."""
+    for row in rows:
+        if row.intervals is not None:
+            held = row.intervals
+            plain, corrected = (_four(errors[row.metric]) for errors in (row.validated_plain, row.validated))
+            words = f"{row.model.name}: left out {plain} without the correction, {corrected} with it"
+            inside = f"; 95 % intervals hold {_of(held.interior_held, held.interior)}"
+            steep = f", at the steepest angle {_of(held.steepest_held, held.steepest)}" if held.steepest else ""
+            yield words + inside + steep
+
+
+def _of(part: int, whole: int) -> str:
+    return f"{100 * part / whole:.0f} % of {whole} values" if whole else "no value"
+
+
 def lines(path: Path, answer: "Answer", by: str = "", by_incidence: bool = False) -> Iterator[Any]:
     """A ranking for people, with the errors at each incidence angle where they are asked for."""
     rows = answer.rows
     yield from head_lines(path.name, answer)
     yield ranking_table(path.stem, rows, by)
     yield from notes(rows, by)
+    yield from _corrected_lines(rows)
     yield from dropped_lines(answer)
     yield from provisos.instrument_lines([row.solution for row in rows])
     if by_incidence:

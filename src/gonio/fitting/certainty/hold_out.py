@@ -72,16 +72,28 @@ def predictions(problem: Problem, solution: Solution, by: str, settled: float = 
     Raises ValueError where a parameter has one value for each part that is left out, since no other point then
     determines it, and as `folds` does.
     """
-    flat = problem.points
-    parts = folds(flat, by)
+    out = np.full(problem.points.sizes["direction"], np.nan)
+    parts = []
+    for name, fold, modelled in fits_of_folds(problem, solution, by, settled):
+        out[fold] = modelled[fold]
+        parts.append((name, fold))
+    return out, parts
+
+
+def fits_of_folds(
+    problem: Problem, solution: Solution, by: str, settled: float = SETTLED
+) -> Iterator[tuple[str, npt.NDArray[np.bool_], Values]]:
+    """The name of each fold, its points (points,), and BRDF at all points (points,) by a fit that did not see them.
+
+    As `predictions`, which is made of it.
+    """
+    parts = folds(problem.points, by)
     problem = solution.as_fitted(problem)
     vector = solution.vector(problem.names)
-    out = np.full(flat.sizes["direction"], np.nan)
     for name, fold in parts:
         _refuse_unseen(problem, name, fold)
         shown = problem.part(np.flatnonzero(~fold))
-        out[fold] = problem.brdf(settle(shown, vector, settled, STEPS).vector)[fold]
-    return out, parts
+        yield name, fold, problem.brdf(settle(shown, vector, settled, STEPS).vector)
 
 
 def predictable(problem: Problem, by: str) -> bool:

@@ -1,5 +1,6 @@
 """The header of a tidy CSV: which names and units its columns may have, and the headings that are written."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,7 +60,9 @@ class Column:
         return self.name in QUANTITIES or self.name == "mask" or bool(cause_of(self.name))
 
 
-def columns_of(path: Path, line: int, header: list[str], further: set[str]) -> list[Column]:
+def columns_of(
+    path: Path, line: int, header: list[str], further: set[str], required: Sequence[str] = REQUIRED
+) -> list[Column]:
     """What each column of a header is; `further` names those that the file says are further variables."""
     where = f"line {line}"
     if header and not header[-1]:
@@ -72,7 +75,7 @@ def columns_of(path: Path, line: int, header: list[str], further: set[str]) -> l
     header, is_degree = _of_degrees(header)
     columns = [_column(path, where, cell, cell in further, is_degree) for cell in header]
     names = [column.name for column in columns]
-    if missing := [name for name in REQUIRED if name not in names]:
+    if missing := [name for name in required if name not in names]:
         message = f"no column {' and '.join(missing)} in the header {clip(','.join(header))!r}"
         raise FormatError(path, f"{message}: name the columns like {EXAMPLE}", where)
     if twice := sorted({name for name in names if names.count(name) > 1}):

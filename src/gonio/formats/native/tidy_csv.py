@@ -66,6 +66,24 @@ def _read(path: Path) -> xr.Dataset:
     return _dataset(path, comments, columns, cells, rows)
 
 
+def read_directions(path: Path) -> xr.Dataset | None:
+    """The directions of a tidy CSV without values, as coordinates; None for a file that is none.
+
+    Raises FormatError for such a file with bad rows.
+    """
+    source = lines(path)
+    try:
+        comments, header_line, header = _header(path, source)
+        columns = columns_of(path, header_line, header, _further(comments), ("theta_i", "theta_r"))
+    except FormatError:
+        return None
+    if "brdf" in {column.name for column in columns}:
+        return None
+    cells, rows = _rows(path, header_line, source, columns)
+    placed = _dataset(path, comments, [*columns, Column("brdf", "sr-1")], [*cells, [1.0] * len(rows)], rows)
+    return placed.drop_vars(list(placed.data_vars))
+
+
 def _header(path: Path, source: Iterator[tuple[int, str]]) -> tuple[list[str], int, list[str]]:
     comments, last = [], 1
     for number, line in source:

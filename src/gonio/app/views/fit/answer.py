@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gonio.app.output import figure, strong, table
 from gonio.measured import dataset
 from gonio.units import unit_label
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
     from gonio.comparison.answer import Answer
 
 MOST = 5  # models that are listed
+FEWEST_ANGLES = 3  # of which one is the steepest
+MUCH = 1.5  # times the error at the other angles
 WORDS = {"theta_i": "each incidence angle, left out in turn", "out-of-plane": "all that is out of plane, left out"}
 
 
@@ -29,7 +33,28 @@ def head_lines(which: str, answer: "Answer") -> Iterator[Any]:
     yield f"{which}: {_points(answer)}"
     yield f"weighting: {_weighting(answer)}"
     yield f"judged by: {_judged(answer)}"
+    yield from steepest_lines(answer)
     yield from contradicted_lines(answer)
+
+
+def steepest_lines(answer: "Answer") -> Iterator[str]:
+    """How much more the best model errs at the steepest angle, which was extrapolated; nothing unless it is much."""
+    from gonio.comparison.assessment import scored_parts
+
+    best = answer.best
+    angled = scored_parts(best) if answer.left_out == "theta_i" else []
+    errors = {float(name.split()[1]): best.by_fold[name] for name in angled}
+    if len(errors) < FEWEST_ANGLES:
+        return
+    steepest = max(errors)
+    others = [error for angle, error in errors.items() if angle != steepest]
+    at_others = float(np.sqrt(np.mean(np.square(others)))) if best.metric == "log10_rmse" else float(np.mean(others))
+    if errors[steepest] > MUCH * at_others:
+        title = "lg RMSE" if best.metric == "log10_rmse" else "E"
+        yield (
+            f"steeper angles are extrapolated: {best.model.name}, left-out {title} {figure(errors[steepest])} at the "
+            f"steepest, {steepest:g} deg, and {figure(at_others)} at the others"
+        )
 
 
 def dropped_lines(answer: "Answer") -> Iterator[str]:

@@ -1,0 +1,145 @@
+r"""A Gaussian process of the residuals of a fit (rasmussen2006, chapters 2 and 5), by exact linear algebra.
+
+The residual lg m - lg f at a place x is the sum of four parts, and K is their covariance:
+
+    K(x, x') = a^2 M(l) + b^2 M(2 l) sum_k p_k(x) p_k(x') + d^2 [same curve] M(l') + c^2 delta
+
+with Matern's function M of order 5/2 of the distance in `coordinates` over the lengths l. The first part is smooth. The
+second resembles what models miss of public materials, with their residuals p_k. It is local, because few
+materials show false correlations between places far apart. The third belongs to one curve of one incidence angle: what
+was wrong in its measurement, which another curve or the exchanged directions do not show. The last is noise. A
+prediction is the first two, so it is reciprocal.
+
+The standard deviations a, b, d and c are those of the largest likelihood, with a weak prior that keeps each
+near the size of the residual, and with bounds: without them a narrow feature that no length fits makes a large.
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.optimize import minimize
+
+Values = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
+
+# Of the coordinates. These and the numbers below were chosen on the 19 shared scans alone: docs/completion.md.
+LENGTHS = np.array([0.7, 0.8, 0.5])
+OF_MATERIALS = 2 * LENGTHS
+OF_CURVES = np.array([0.35, 0.4, 0.5])
+FIRST = np.array([1.5, 1.5, 1.0, 1.0])  # a, b, d and c in units of the residual's size: the first values and bounds
+WIDTHS = np.array([1.0, 1.0, 1.0, 2.0])  # of the weak prior of their logarithms
+LOWEST = 6.0  # below the first, in logarithms
+LEAST = 0.002  # lg of a value: no measurement is better than half a per cent
+MOST = 250  # residuals that a process learns from; of more, so many at even steps
+
+
+@dataclass(frozen=True)
+class Where:
+    """Places: coordinates (n, 3), the set and the curve of each (n,), and the materials' residuals there (n, k)."""
+
+    coordinates: Values
+    sets: Places
+    curves: Places
+    materials: Values
+
+    def part(self, rows: Places) -> "Where":
+        """Some of them."""
+        return Where(self.coordinates[rows], self.sets[rows], self.curves[rows], self.materials[rows])
+
+
+@dataclass(frozen=True)
+class Process:
+    """What was learned from residuals (n,) at known places. scales: a, b, d and c; b is 0 without materials."""
+
+    known: Where
+    residual: Values
+    scales: Values
+
+    @classmethod
+    def learned(cls, where: Where, residual: Values) -> "Process":
+        """The process of largest likelihood."""
+        rows = np.linspace(0, len(residual) - 1, min(len(residual), MOST)).round().astype(np.intp)
+        known, size = where.part(rows), max(float(np.std(residual)), LEAST)
+        residual = residual[rows]
+        parts = [*_shared(known, known), _matern(known, known, OF_CURVES) * _alike(known.curves, known.curves)]
+        # Each part has the size 1 on average over the known places, so that the same bounds fit all.
+        means = np.array([*(max(float(np.mean(np.diag(part))), np.finfo(float).tiny) for part in parts), 1.0])
+        first = np.log(FIRST * size)
+        first[1] = first[1] if known.materials.shape[1] else np.log(LEAST)  # without materials the part is zero
+        scaled = [part / mean for part, mean in zip(parts, means, strict=False)]
+        unlikely = functools.partial(_unlikelihood, parts=scaled, residual=residual, first=first)
+        bounds = [(value - LOWEST, value) for value in first]
+        best = minimize(unlikely, first, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40}).x
+        scales = np.exp(best) / np.sqrt(means)
+        scales[1] *= bool(known.materials.shape[1])
+        scales[3] = np.hypot(scales[3], LEAST)
+        return cls(known, residual, scales)
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of lg of a measured value about the surface's own."""
+        return float(np.hypot(*self.scales[2:]))
+
+    @functools.cached_property
+    def _factor(self) -> tuple[Values, bool]:
+        a, b, d, c = self.scales
+        smooth, similar = _shared(self.known, self.known)
+        curves = _matern(self.known, self.known, OF_CURVES) * _alike(self.known.curves, self.known.curves)
+        matrix = a**2 * smooth + b**2 * similar + d**2 * curves
+        matrix.flat[:: len(self.residual) + 1] += c**2
+        factor: tuple[Values, bool] = cho_factor(matrix, lower=True, check_finite=False)
+        return factor
+
+    def at(self, where: Where) -> tuple[Values, Values, Values]:
+        """Lg of the surface over the fit (n,), its standard deviation, and that of nothing learned; without noise."""
+        a, b, _, _ = self.scales
+        smooth, similar = _shared(where, self.known)
+        across = a**2 * smooth + b**2 * similar
+        mean = across @ cho_solve(self._factor, self.residual, check_finite=False)
+        before = a**2 + b**2 * np.sum(where.materials**2, axis=1)
+        known = np.sum(across * cho_solve(self._factor, across.T, check_finite=False).T, axis=1)
+        return mean, np.sqrt(np.maximum(before - known, 0.0)), np.sqrt(before)
+
+
+def _unlikelihood(scales: Values, parts: list[Values], residual: Values, first: Values) -> tuple[float, Values]:
+    """The negative logarithm of likelihood and weak prior for logarithms of a, b, d and c, and its derivative."""
+    squares = np.exp(2 * scales)
+    matrix = sum(square * part for square, part in zip(squares, parts, strict=False))
+    matrix = np.asarray(matrix)
+    matrix.flat[:: len(residual) + 1] += squares[-1] + LEAST**2
+    factor, failed = dpotrf(matrix, lower=1)
+    if failed:  # by rounding alone, where noise is next to nothing: worse than any other
+        return 1e10, np.zeros_like(scales)
+    half = np.tril(dpotri(factor, lower=1)[0])
+    inverse = half + np.tril(half, -1).T
+    solved = inverse @ residual
+    away = (scales - first) / WIDTHS
+    value = 0.5 * residual @ solved + np.log(np.diag(factor)).sum() + 0.5 * away @ away
+    slopes = [
+        square * (np.sum(inverse * part) - solved @ part @ solved) for square, part in zip(squares, parts, strict=False)
+    ]
+    slopes.append(squares[-1] * (np.trace(inverse) - solved @ solved))
+    return float(value), np.array(slopes) + away / WIDTHS
+
+
+def _matern(one: Where, other: Where, lengths: Values) -> Values:
+    """Matern's function of order 5/2 between places of the same set."""
+    scaled = [where.coordinates / lengths for where in (one, other)]
+    squares = sum((scaled[0][:, None, k] - scaled[1][None, :, k]) ** 2 for k in range(len(lengths)))
+    far = np.sqrt(5 * squares)
+    found: Values = (1 + far + far**2 / 3) * np.exp(-far) * _alike(one.sets, other.sets)
+    return found
+
+
+def _shared(one: Where, other: Where) -> tuple[Values, Values]:
+    """The two parts that belong to the surface, over the squares of a and b."""
+    similar: Values = (one.materials @ other.materials.T) * _matern(one, other, OF_MATERIALS)
+    return _matern(one, other, LENGTHS), similar
+
+
+def _alike(one: Places, other: Places) -> npt.NDArray[np.bool_]:
+    return np.asarray(one[:, None] == other)

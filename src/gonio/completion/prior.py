@@ -14,8 +14,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.interpolate import RegularGridInterpolator
-from scipy.ndimage import distance_transform_edt
 
 from gonio.completion.coordinates import half_angles
 
@@ -42,6 +40,8 @@ def _table() -> tuple[tuple[str, ...], Values]:
 
 
 def _filled(grid: Values) -> Values:
+    from scipy.ndimage import distance_transform_edt
+
     nearest = distance_transform_edt(np.isnan(grid), return_distances=False, return_indices=True)
     return np.asarray(grid[tuple(nearest)])
 
@@ -64,6 +64,8 @@ def residuals(points: xr.Dataset, without: Sequence[str] = ()) -> Values:
     scan of one of them must be judged without it.
     Raises ValueError where there is no such material.
     """
+    from scipy.interpolate import RegularGridInterpolator
+
     refuse_unknown(without)
     names, grid = _table()
     kept = [k for k, name in enumerate(names) if name not in without]

@@ -19,9 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cho_factor, cho_solve
-from scipy.linalg.lapack import dpotrf, dpotri
-from scipy.optimize import minimize
 
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -62,6 +59,8 @@ class Process:
     @classmethod
     def learned(cls, where: Where, residual: Values) -> "Process":
         """The process of largest likelihood."""
+        from scipy.optimize import minimize
+
         rows = np.linspace(0, len(residual) - 1, min(len(residual), MOST)).round().astype(np.intp)
         known, size = where.part(rows), max(float(np.std(residual)), LEAST)
         residual = residual[rows]
@@ -86,6 +85,8 @@ class Process:
 
     @functools.cached_property
     def _factor(self) -> tuple[Values, bool]:
+        from scipy.linalg import cho_factor
+
         a, b, d, c = self.scales
         smooth, similar = _shared(self.known, self.known)
         curves = _matern(self.known, self.known, OF_CURVES) * _alike(self.known.curves, self.known.curves)
@@ -96,6 +97,8 @@ class Process:
 
     def at(self, where: Where) -> tuple[Values, Values, Values]:
         """Lg of the surface over the fit (n,), its standard deviation, and that of nothing learned; without noise."""
+        from scipy.linalg import cho_solve
+
         a, b, _, _ = self.scales
         smooth, similar = _shared(where, self.known)
         across = a**2 * smooth + b**2 * similar
@@ -107,6 +110,8 @@ class Process:
 
 def _unlikelihood(scales: Values, parts: list[Values], residual: Values, first: Values) -> tuple[float, Values]:
     """The negative logarithm of likelihood and weak prior for logarithms of a, b, d and c, and its derivative."""
+    from scipy.linalg.lapack import dpotrf, dpotri
+
     squares = np.exp(2 * scales)
     matrix = sum(square * part for square, part in zip(squares, parts, strict=False))
     matrix = np.asarray(matrix)

@@ -92,6 +92,19 @@ def test_it_starts_without_what_a_first_curve_does_not_need(here):
     assert seconds < STARTED
 
 
+def test_a_first_curve_needs_no_scipy(here):
+    """Its import would take a quarter of the time until the curve is seen."""
+    code = (
+        "import json, sys, gonio, gonio.viewing.serving.running\n"
+        "from gonio.viewing.session import Opened, Session\n"
+        "session = Session([Opened('scan', gonio.read('scan.csv'))])\n"
+        "session.refuse_unshown(); session.described(); session.prepare()\n"
+        "print(json.dumps('scipy' in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=here)
+    assert json.loads(done.stdout) is False
+
+
 def test_a_table_is_checked_when_its_page_asks(run, here, monkeypatch):
     """Of a million values that takes longer than the page; a scan is checked before, and its errors end the program."""
     begun = []

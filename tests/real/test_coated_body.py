@@ -1,4 +1,4 @@
-"""A coated body in the place of a Lambertian on measured scans, and a standard of diffuse reflection (surface.md, E)."""
+"""A coated body in the place of a Lambertian on measured scans, and a diffuse standard (surface.md, E)."""
 
 import json
 
@@ -11,8 +11,8 @@ from gonio.measured.dataset import make_scan
 from places import ROOT, SHARED
 
 STANDARD = SHARED / "raw" / "blacklab" / "z307_al_reference.txt"
-# lg RMSE in sample of student-t with a Lambertian, and with a coated body whose index is free (E.2). "as printed": where
-# the scan was masked alike; the arms of jsss_* at 80 and 85 deg see the source, and are masked here. "not so": with a
+# lg RMSE in sample of student-t with a Lambertian, and with a coated body whose index is free (E.2). "as printed": the
+# scan was masked alike; the arms of jsss_* at 80 and 85 deg see the source, and are masked here. "not so": with a
 # value of each weight for every channel, as here, the wall paint comes out at 0.0445 and 0.0485.
 ERRORS = {
     "rgl_paper_white": (0.0235, 0.0185, ""),

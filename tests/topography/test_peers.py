@@ -1,4 +1,4 @@
-"""Height maps and their numbers against SurfaceTopography, which the extra `gonio[topography]` installs (surface.md)."""
+"""Height maps and their numbers against SurfaceTopography, which the extra `topography` installs (surface.md)."""
 
 import math
 import warnings

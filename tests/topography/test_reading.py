@@ -201,12 +201,18 @@ def test_the_zygo_map_has_the_right_counts():
 
 
 @pytest.mark.usefixtures("instruments")
-def test_what_no_reader_knows_is_refused_in_one_line(tmp_path):
+@pytest.mark.parametrize(
+    "content", [b"II*\0" + bytes(100), b"II*\0" + 40 * b"a", b"hello\n", bytes(range(256)) * 9], ids=range(4)
+)
+def test_what_no_reader_knows_is_refused_in_one_line(tmp_path, caplog, content):
     path = tmp_path / "a.lext"
-    path.write_bytes(b"II*\0" + bytes(100))
+    path.write_bytes(content)
     with pytest.raises(FormatError, match="byte 0: is no height map that SurfaceTopography reads") as caught:
         gonio.read_heights(path)
     assert str(caught.value).isprintable()
+    assert "and none of SDF, X3P, NPY" in str(caught.value)
+    assert "tried" not in str(caught.value)  # what each of forty readers of another package says
+    assert caplog.records == []  # of other packages, which would reach standard error
 
 
 def lext(path, counts, missing=None, photometric=4, name=b"INVALID"):

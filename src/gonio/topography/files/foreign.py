@@ -3,7 +3,10 @@
 It is imported only when such a file is opened, because that takes seconds.
 """
 
+import contextlib
+import logging
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +33,7 @@ def read(path: Path) -> Grid:
         )
         raise FormatError(path, what, "byte 0") from error
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _without_remarks():
             warnings.simplefilter("ignore")
             with SurfaceTopography.open_topography(str(path)) as reader:
                 grid = _grid(path, reader.topography(), reader.format())
@@ -38,8 +41,7 @@ def read(path: Path) -> Grid:
     except FormatError:
         raise
     except Exception as error:  # forty readers of another package may raise any exception for a damaged file
-        said = clip(" ".join(f"{type(error).__name__}: {error}".split()), 160)
-        raise FormatError(path, f"is no height map that SurfaceTopography reads ({said})", "byte 0") from error
+        raise FormatError(path, f"is no height map that SurfaceTopography reads{_why(error)}", "byte 0") from error
 
 
 def _grid(path: Path, found: Any, kind: str) -> Grid:
@@ -55,6 +57,27 @@ def _grid(path: Path, found: Any, kind: str) -> Grid:
     z = np.ma.filled(np.ma.masked_invalid(scaled.heights()).astype(float), np.nan).T  # SurfaceTopography has x first
     dx, dy = (float(side) / count for side, count in zip(scaled.physical_sizes, scaled.nb_grid_pts, strict=True))
     return Grid(np.ascontiguousarray(z), dx, dy, "byte 0", _provenance(found.info, kind))
+
+
+@contextlib.contextmanager
+def _without_remarks() -> Iterator[None]:
+    """Without what packages log of a damaged file, bytes of it included: readers try in turn, and one error says it."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+def _why(error: Exception) -> str:
+    """What a reader of SurfaceTopography says of a damaged file of its format; else what may be wrong."""
+    from SurfaceTopography.Exceptions import CorruptFile, UnsupportedFormatFeature
+
+    # Which of forty readers said what, and any other exception, is of no use to who has the file.
+    if isinstance(error, CorruptFile | UnsupportedFormatFeature):
+        return f" ({clip(' '.join(str(error).split()), 160)})"
+    return f", and none of {OWN}: it is damaged, or holds something else, which gonio info may tell"
 
 
 def _without_unmeasured(path: Path, grid: Grid) -> Grid:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gonio import catalogue
-from gonio.photometry import EARTH_RADIUS, Earth, Facet, from_horizon, light_curve
+from gonio.photometry import EARTH_RADIUS, Earth, Facet, bands, from_horizon, light_curve
 from places import ROOT
 
 SUN = 1360.0  # W/m^2, as Lumos-Sat has it
@@ -64,3 +64,10 @@ def test_earthshine():
             for rho in (0.3, 0.0)
         )
         assert (both - alone).values[0] * SUN == pytest.approx(expected, rel=0.02)
+
+
+def test_their_sun_is_brighter():
+    """They take the whole solar constant for the flux at 532 nm: times 532 nm over c and 3631 Jy it is -27.056 AB."""
+    theirs = -2.5 * np.log10(SUN * 532e-9 / (299_792_458 * 3631e-26))
+    assert theirs == pytest.approx(-27.056, abs=5.1e-4)
+    assert bands()["V"].ab - theirs == pytest.approx(0.286, abs=6e-4)  # as docs/howto/magnitudes.md says

@@ -231,7 +231,7 @@ def test_the_obliquity_follows_the_roughness_and_is_said():
     assert "Smith's masking beyond 60 deg" in said
     with pytest.raises(ValueError, match="choose auto, harvey-shack, kirchhoff"):
         predict(rough, [0], [10], Light(wavelength=632.8), factor="none")
-    with pytest.raises(ValueError, match="by waves or by slopes, not by 'guess'"):
+    with pytest.raises(ValueError, match="by waves, by characteristic or by slopes, not by 'guess'"):
         predict(rough, [0], [10], Light(wavelength=632.8), by="guess")
     with pytest.raises(ValueError, match="from 0 to below 90 deg"):
         predict(rough, [90], [10], Light(wavelength=632.8))

@@ -3,6 +3,7 @@
 import struct
 import sys
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -200,16 +201,25 @@ def test_the_zygo_map_has_the_right_counts():
 
 
 @pytest.mark.usefixtures("instruments")
-def test_what_no_reader_knows_is_refused_in_one_line(tmp_path):
+@pytest.mark.parametrize(
+    "content", [b"II*\0" + bytes(100), b"II*\0" + 40 * b"a", b"hello\n", bytes(range(256)) * 9], ids=range(4)
+)
+def test_what_no_reader_knows_is_refused_in_one_line(tmp_path, caplog, content):
     path = tmp_path / "a.lext"
-    path.write_bytes(b"II*\0" + bytes(100))
+    path.write_bytes(content)
     with pytest.raises(FormatError, match="byte 0: is no height map that SurfaceTopography reads") as caught:
         gonio.read_heights(path)
     assert str(caught.value).isprintable()
+    assert "and none of SDF, X3P, NPY" in str(caught.value)
+    assert "tried" not in str(caught.value)  # what each of forty readers of another package says
+    assert caplog.records == []  # of other packages, which would reach standard error
 
 
-def lext(path, counts):
-    """A TIFF as Olympus LEXT writes it: a page that describes the heights in picometres, and the page of heights."""
+def lext(path, counts, missing=None, photometric=4, name=b"INVALID"):
+    """A TIFF as Olympus LEXT writes it: a page that describes the heights in picometres, and the page of heights.
+
+    missing: points that were not measured, on a page of one bit a point.
+    """
     sides = "".join(
         f"<HeightDataPerPixel{a}>{v}</HeightDataPerPixel{a}><HeightDataUnit{a}>0</HeightDataUnit{a}>"
         for a, v in (("X", 625000), ("Y", 500000), ("Z", 100))
@@ -240,18 +250,22 @@ def lext(path, counts):
         packed = [field(*entry) for entry in sorted(entries)]
         return put(struct.pack("<H", len(packed)) + b"".join(packed) + bytes(4))
 
-    def page(description, pixels, bits, more=()):
+    def page(description, pixels, bits, more=(), shape=(rows, columns), kind=1):
         data = put(pixels)
-        size = [(256, 4, 1, columns), (257, 4, 1, rows), (258, 3, 1, bits), (259, 3, 1, 1), (262, 3, 1, 1)]
-        strips = [(273, 4, 1, data), (277, 3, 1, 1), (278, 4, 1, rows), (279, 4, 1, len(pixels))]
+        size = [(256, 4, 1, shape[1]), (257, 4, 1, shape[0]), (258, 3, 1, bits), (259, 3, 1, 1), (262, 3, 1, kind)]
+        strips = [(273, 4, 1, data), (277, 3, 1, 1), (278, 4, 1, shape[0]), (279, 4, 1, len(pixels))]
         return directory([*size, (270, 2, len(description) + 1, description + b"\0"), *strips, *more])
 
     exif = directory([(41995, 2, len(device) + 1, device + b"\0")])
     first = page(told, bytes(rows * columns), 8, [(34665, 4, 1, exif)])
     second = page(b"HEIGHT", counts.astype("<u2").tobytes(), 16)
+    pages = [first, second]
+    if missing is not None:
+        pages.append(page(name, np.packbits(missing, axis=1).tobytes(), 1, shape=missing.shape, kind=photometric))
     content[4:8] = struct.pack("<I", first)
-    end = first + 2 + 12 * struct.unpack_from("<H", content, first)[0]
-    content[end : end + 4] = struct.pack("<I", second)
+    for this, following in pairwise(pages):
+        end = this + 2 + 12 * struct.unpack_from("<H", content, this)[0]
+        content[end : end + 4] = struct.pack("<I", following)
     path.write_bytes(bytes(content))
     return path
 
@@ -263,6 +277,36 @@ def test_a_file_of_the_papers_microscope(tmp_path):
     heights = gonio.read_heights(lext(tmp_path / "a.lext", counts))
     assert pitch(heights) == pytest.approx((0.625, 0.5))
     np.testing.assert_allclose(heights["z"].values, counts.astype(float) * 100 * 1.02e6 * 1e-12, rtol=1e-9)
+
+
+@pytest.mark.usefixtures("instruments")
+@pytest.mark.parametrize(("photometric", "name"), [(4, b"INVALID"), (1, b"Invalid"), (4, b"")])
+def test_points_that_a_microscope_did_not_measure_are_missing(tmp_path, photometric, name):
+    """Their counts are whatever the microscope left there, here a pit of all the depth."""
+    counts = np.arange(9000, 9120, dtype="<u2").reshape(10, 12)
+    missing = np.zeros((10, 12), dtype=bool)
+    missing[2, 3] = missing[9, 11] = missing[4, 8:10] = True
+    counts[missing] = 0
+    heights = gonio.read_heights(lext(tmp_path / "a.lext", counts, missing, photometric, name))
+    np.testing.assert_array_equal(np.isnan(heights["z"].values), missing)
+    np.testing.assert_array_equal(heights["mask"].values == 1, missing)
+    assert statistics(heights).Sz < 0.02
+    whole = gonio.read_heights(lext(tmp_path / "b.lext", counts, 0 * missing, photometric, name))
+    assert not np.isnan(whole["z"].values).any()
+
+
+@pytest.mark.usefixtures("instruments")
+def test_a_mask_of_another_size_is_refused(tmp_path):
+    counts = np.arange(9000, 9120, dtype="<u2").reshape(10, 12)
+    with pytest.raises(FormatError, match=r"missing points and that of heights differ in size: 9 x 12 and 10 x 12"):
+        gonio.read_heights(lext(tmp_path / "a.lext", counts, np.zeros((9, 12), dtype=bool)))
+
+
+@pytest.mark.usefixtures("instruments")
+def test_too_many_points_that_were_not_measured_are_refused(tmp_path):
+    counts = np.arange(9000, 9120, dtype="<u2").reshape(10, 12)
+    with pytest.raises(FormatError, match=r"30.0 % of the points are missing"):
+        gonio.read_heights(lext(tmp_path / "a.lext", counts, np.arange(120).reshape(10, 12) < 36))
 
 
 def test_a_wide_row_is_read_in_a_moment(tmp_path):

@@ -21,6 +21,7 @@ from gonio.topography.heights import make_heights
 from gonio.topography.levelling import level
 from gonio.topography.light.agreement import Agreement, agreement
 from gonio.topography.light.band import phase_variance, scattered_share, seen_by_light
+from gonio.topography.light.characteristic import characteristic
 from gonio.topography.light.diffraction import diffracted
 from gonio.topography.light.facets import facet_widths
 from gonio.topography.light.prediction import Light, predict, predict_like
@@ -36,6 +37,7 @@ __all__ = [
     "Light",
     "Summary",
     "agreement",
+    "characteristic",
     "correlation_lengths",
     "diffracted",
     "effective_slope",

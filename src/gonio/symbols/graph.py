@@ -145,7 +145,7 @@ def summed(body: Node, axis: Axis) -> Node:
     """The sum along an axis, which equal sums share: its name then tells only how deep the sum is nested."""
     if axis not in body.axes:
         return operation("mul", body, constant(float(axis.size)))
-    taken = {a for node in walk(body) for a in (*node.axes, *(_closed(node)))} - {axis}
+    taken = {a for node in walk(body) for a in (*node.axes, *summed_over(node))} - {axis}
     names = (f"{axis.size}_{depth}" for depth in itertools.count())
     bound = next(a for a in (Axis(axis.size, name) for name in names) if a not in taken)
     return _node("sum", (rename(body, {axis: bound}),), bound, closed=(bound,))
@@ -193,7 +193,8 @@ def _folded(op: str, args: tuple[Node, ...]) -> Node | None:
     return constant(found) if isinstance(found, bool | int | float) else None
 
 
-def _closed(node: Node) -> tuple[Axis, ...]:
+def summed_over(node: Node) -> tuple[Axis, ...]:
+    """The axis that a node sums over, where it is a sum."""
     return (node.value,) if node.op == "sum" and isinstance(node.value, Axis) else ()
 
 

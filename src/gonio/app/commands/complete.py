@@ -22,9 +22,10 @@ from gonio.options import Option, Panel
 if TYPE_CHECKING:
     import xarray as xr
 
+BEST = "gonio-best"  # predicts left-out angles best over the surfaces of docs/real-surfaces.md
 EXAMPLES = (
     Example(
-        "gonio complete scan.csv --model ggx --onto directions.csv --out completed.csv",
+        "gonio complete scan.csv --onto directions.csv --out completed.csv",
         "The surface at the directions of a table or of another scan",
     ),
     Example("gonio complete scan.csv --model ggx --out half-space.csv", "The half space at each incidence angle"),
@@ -61,12 +62,12 @@ def _directions_in(path: Path) -> "xr.Dataset":
 
 def command(
     scan: Scan,
-    model: ModelName,
     completed: CompletedOptions,
     correction: CorrectionOptions,
     used: ScanOptions,
     output: OutputOptions,
     out: Annotated[Path, Option("the file to write, in the format of its suffix", metavar="FILE", panel=Panel.OUTPUT)],
+    model: ModelName = BEST,
 ) -> None:
     """Give a surface where it was not measured, and how sure it is.
 

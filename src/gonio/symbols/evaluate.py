@@ -26,7 +26,7 @@ def evaluate(nodes: Sequence[Node], inputs: Mapping[str, Any]) -> list[Any]:
     needed = list(walk(*nodes))
     axes = sorted({a for n in needed for a in (*n.axes, *summed_over(n))}, key=lambda a: (a.size, a.name))
     depth = {axis: -1 - k for k, axis in enumerate(axes)}  # dimensions after those of the inputs
-    trailing = (1,) * len(axes)
+    trailing = tuple(1 for _ in axes)
     found: dict[Node, Any] = {}
     with np.errstate(all="ignore"):
         for node in needed:

@@ -76,6 +76,14 @@ def tab(shared):
     assert shared.wrong == []
 
 
+def test_every_slider_says_its_value_whatever_is_built_anew(tab):
+    """What is told of the scans builds the sliders anew, and their values are then not told again by themselves."""
+    values = "() => [...document.querySelectorAll('#panel .parameter input.number')].map((box) => box.value)"
+    tab.evaluate("() => { const { store } = gonio; store.set({ sets: store.get().sets.slice() }); store.flush(); }")
+    assert tab.evaluate(values)
+    assert all(tab.evaluate(values))
+
+
 def settle(tab):
     tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 

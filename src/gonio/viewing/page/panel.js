@@ -158,7 +158,7 @@ export function mount(root, store, actions) {
   store.watch(["set", "model", "fit", "sets"], showModels);
   store.watch(["set", "block", "model", "fit", "sets", "ranges"], (state) => anew(model, () => showModel(state)));
   store.watch(["findings"], showFindings);
-  store.watch(["set", "block", "model", "fit", "values", "cell", "locked", "follow", "ranges"], (state) => {
+  store.watch(["set", "sets", "block", "model", "fit", "values", "cell", "locked", "follow", "ranges"], (state) => {
     for (const { show } of rows) show(state);
     several.replaceChildren(...aboutGroups(state));
     const follow = model.querySelector(".buttons input");

@@ -60,7 +60,9 @@ export function mount(root, store, actions) {
       const event = await listened(job, (told) => store.set({ job: { ...store.get().job, ...told } }));
       await follow(event, set, left?.());
     } catch (error) {
+      const isRefused = left && !store.get().job?.number; // another page fits this scan: no mistake of who looks at this one
       failed(error.message);
+      if (isRefused) [said.textContent, wrong.textContent] = [wrong.textContent, ""];
     }
   };
 

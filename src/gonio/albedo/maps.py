@@ -11,7 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.albedo.integrals import QUADRATURE, black_sky_of_terms, nadir_of_terms, white_sky_of_terms
-from gonio.fitting.certainty.quantiles import normal, student_t
+from gonio.fitting.quantiles import normal, student_t
 from gonio.measured.dataset import ABSOLUTE as PER_STERADIAN
 from gonio.model import Model
 

@@ -11,8 +11,8 @@ from gonio.comparison.corrected import Intervals, predicted
 from gonio.comparison.metrics import Judged, judged, least, metrics, metrics_by_incidence
 from gonio.completion import Correction
 from gonio.fitting.certainty.hold_out import SETTLED
-from gonio.fitting.certainty.quantiles import student_t
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.quantiles import student_t
 from gonio.fitting.solution import Solution
 from gonio.model import Model
 from gonio.resampling.difference import FLOOR

@@ -19,11 +19,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.fitting.certainty.quantiles import normal, student_t
 from gonio.fitting.objective.entries import group_labels
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.objective.smooth import Smooth
 from gonio.fitting.objective.weighting import WEIGHTINGS
+from gonio.fitting.quantiles import normal, student_t
 from gonio.fitting.readable import Readable
 from gonio.fitting.schema import SCAN, points_columns
 from gonio.fitting.status import Status

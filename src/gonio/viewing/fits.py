@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gonio.fitting.certainty.quantiles import normal
 from gonio.fitting.objective.weighting import WEIGHTINGS
+from gonio.fitting.quantiles import normal
 from gonio.fitting.solution import Solution
 from gonio.resampling.difference import FLOOR
 from gonio.results.content import content

@@ -20,9 +20,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.certainty.covariance import left_out, robust, tangent
-from gonio.fitting.certainty.quantiles import normal
 from gonio.fitting.objective.cells.linear import Plane
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.quantiles import normal
 from gonio.fitting.search.refit import refit
 from gonio.fitting.search.solver import Progress, silent
 from gonio.fitting.solution import Solution

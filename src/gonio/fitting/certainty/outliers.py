@@ -16,10 +16,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from gonio.fitting.certainty.noise import EXACT, Kinds, Noise, estimated
-from gonio.fitting.certainty.quantiles import student_t
 from gonio.fitting.objective.blocks import BlockedProblem, LinearSet, in_blocks
 from gonio.fitting.objective.cells.linear import of_points
 from gonio.fitting.objective.problem import Problem
+from gonio.fitting.quantiles import student_t
 from gonio.fitting.search.bulk import SAMPLE, SEED
 from gonio.measured import dataset
 from gonio.measured.distinct import combined, distinct_in_groups

@@ -68,6 +68,7 @@ CHOSEN = (
 OUTCOMES = ("killed", "equivalent", "respelled", "survived")
 IMPORTED_ONCE = ("hypothesis", "xarray", "zarr")  # by every test; so no fork has to
 LONGEST = 120  # s of processor time for one change: other work on the machine must not make a change seem noticed
+PRINTING = 20  # s of processor time for all texts, which take two: where nothing is named twice, they have no end
 WALL = 3600  # s on the clock, for a change that waits for ever
 FURTHER = 300  # pairs of directions that no test has
 
@@ -254,11 +255,13 @@ def outcome(module: str, tree: ast.Module, file: str, baseline: list[str]) -> st
     """What becomes of a change, in this process, which ends afterwards."""
     sys.meta_path.insert(0, Changed(module, tree, file))
     try:
+        resource.setrlimit(resource.RLIMIT_CPU, (PRINTING, LONGEST))
         printed = Path(file).stem not in COMPUTES
         if printed and all(was == now for was, now in itertools.zip_longest(baseline, texts())):
             return "equivalent"
     except Exception:
         return "killed"
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
     own = OWN.get(Path(file).stem)
     if not passed(own or TESTS):
         return "killed"

@@ -45,11 +45,13 @@ export function mount(root, store) {
   const table = element("details", { className: "table" }, element("summary", {}, "As a table"));
   root.append(chips, above, below, note, table);
   let plots = [];
+  let drawn = []; // the cells that the plots have curves for
 
   function rebuild(state) {
     for (const plot of plots) plot.destroy();
     plots = [];
     const cells = drawable(state).filter((k) => !state.hidden.has(k));
+    drawn = cells;
     showChips(state);
     if (!cells.length || !state.result) {
       above.ariaLabel = "No curve in the plane of incidence is shown";
@@ -67,7 +69,7 @@ export function mount(root, store) {
 
   function redraw(state) {
     const cells = drawable(state).filter((k) => !state.hidden.has(k));
-    if (!plots.length || !cells.every((k) => state.result.curves.has(k))) return rebuild(state);
+    if (!plots.length || cells.join() !== drawn.join()) return rebuild(state);
     const data = columnsOf(state, cells);
     plots[0].setData(data.values, false);
     plots[0].redraw();
@@ -117,8 +119,9 @@ export function mount(root, store) {
   });
 
   store.watch(["set", "block", "hidden", "scale", "quantity", "theme", "width", "pair"], rebuild);
-  store.watch(["result", "cursor"], redraw);
-  table.addEventListener("toggle", () => table.open && redraw(store.get()));
+  store.watch(["result", "cursor", "tableOpen"], redraw);
+  // In the next frame: until then the curves may be those of what was shown before.
+  table.addEventListener("toggle", () => store.set({ tableOpen: table.open }));
   new ResizeObserver(() => store.set({ width: root.clientWidth })).observe(root);
   dark.addEventListener("change", () => store.set({ theme: dark.matches }));
 

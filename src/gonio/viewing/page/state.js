@@ -26,6 +26,7 @@
 // litFrom     model, or table: the values of the file; null before one was chosen     tables: how many tables of files have come
 // orbit       from where the lobe is seen: how far it is turned and tilted [deg]
 // findings    of the scan whose findings came last: what `gonio check` warns of
+// tableOpen   whether the curves are shown as a table, too
 // error       what went wrong, to be shown
 
 // The next frame; a hidden page is given none.

@@ -27,7 +27,7 @@ def completed(run, monkeypatch):
     [
         ("gonio fi", ["fit", "fit-stack"]),
         ("gonio --ver", ["--verbose", "--version"]),
-        ("gonio fit scan.csv --model gg", ["ggx"]),
+        ("gonio fit scan.csv --model gg", ["ggx", "ggx-grain", "ggx-retro"]),
         ("gonio compare scan.csv --models ggx,war", ["ggx,ward", "ggx,ward-dur"]),
         ("gonio compare scan.csv --models fam", ["family"]),
         ("gonio fit scan.csv --weigh", ["--weighting"]),

@@ -67,7 +67,7 @@ def test_searches_try_a_film_only_where_it_is_named():
     tried = {model.name for model in everything()}
     assert "coated-body" in tried
     assert not {"thin-film", "clear-coat", "gonio-best-spectral"} & tried
-    assert all(model.only_named for name, model in catalogue.items() if name not in tried)
+    assert all(model.only_named or model.for_turned for name, model in catalogue.items() if name not in tried)
 
 
 def spectral(model: str, values: dict[str, float], noise: float = 0.01, **of_each) -> xr.Dataset:

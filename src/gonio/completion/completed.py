@@ -68,7 +68,7 @@ def complete(
     >>> scan = gonio.sample("coating")
     >>> solution = gonio.fit(scan, "ggx", held={"index": 1.5, "extinction": 0.0})
     >>> str(gonio.complete(scan, solution)["origin"].values[0])
-    'corrected'
+    'measured'
 
     """
     if dataset.is_degree(scan) or dataset.unit(scan) != solution.unit:

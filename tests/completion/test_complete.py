@@ -147,6 +147,15 @@ def test_without_directions_it_is_the_half_space(scan, solution):
     assert "corrected by 93 values and the prior" in found.attrs["history"]
 
 
+def test_many_directions_are_predicted_in_pieces(scan, solution, monkeypatch):
+    whole = complete(scan, solution)
+    monkeypatch.setattr("gonio.completion.process.TOGETHER", 100)
+    pieces = complete(scan, solution)
+    assert whole.sizes["direction"] > 1000
+    for name in ("brdf", "uncertainty"):
+        np.testing.assert_allclose(pieces[name], whole[name], rtol=1e-9)  # sums of another order
+
+
 def test_refusals(scan, solution):
     with pytest.raises(ValueError, match=r"the fit is in sr-1 and the scan in a\.u\."):
         complete(scan.assign(brdf=scan["brdf"].assign_attrs(units="a.u.")), solution)

@@ -152,6 +152,18 @@ class TestPage:
             assert page.evaluate("[gonio.store.get().fit, gonio.store.get().fitName]") == [None, ""]
             assert page.evaluate(then)
 
+    def test_a_fit_that_another_page_makes_is_no_error(self, chromium, held):
+        begun, _ = held
+        with served(session()) as client:
+            address = f"{at(client)}?token=token-of-tests"
+            with opened(chromium, address) as page, opened(chromium, address, color_scheme="light") as other:
+                page.wait_for_selector(READY)
+                assert begun.wait(20)
+                other.reload()
+                status = "document.querySelector('section.fit [role=status]').textContent"
+                until(other, f"{status}.startsWith('a fit of this scan is running')")
+                assert other.inner_text("section.fit [role=alert]") == ""
+
     def test_what_is_shown_stays_when_the_fit_ends(self, chromium, held):
         _, go = held
         with served(session()) as client, opened(chromium, f"{at(client)}?token=token-of-tests") as page:

@@ -76,6 +76,20 @@ def tab(shared):
     assert shared.wrong == []
 
 
+def test_a_table_that_opens_waits_for_the_curves_it_belongs_to(tab):
+    """Its event may come after a curve is hidden and before the plots are made anew: they still have all curves."""
+    tab.evaluate(
+        """() => {
+          const table = document.querySelector(".table");
+          gonio.store.set({ hidden: new Set([0]) });
+          table.open = true;
+          table.dispatchEvent(new Event("toggle"));
+          gonio.store.flush();
+        }"""
+    )
+    until(tab, "document.querySelectorAll('.table table').length > 0")
+
+
 def test_every_slider_says_its_value_whatever_is_built_anew(tab):
     """What is told of the scans builds the sliders anew, and their values are then not told again by themselves."""
     values = "() => [...document.querySelectorAll('#panel .parameter input.number')].map((box) => box.value)"

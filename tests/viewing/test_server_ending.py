@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -16,7 +17,7 @@ from asking import Client
 from gonio.app.commands.view import _seconds
 from gonio.formats import write
 from gonio.processes.ending import LONGEST
-from gonio.viewing.serving.running import Serving, hosts
+from gonio.viewing.serving.running import Serving, _listening, hosts
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are looked up in Linux's /proc")
 # Ctrl-C is not ignored, even where the tests run in the background of a shell.
@@ -123,3 +124,13 @@ def test_a_time_has_a_unit(text, seconds):
 def test_a_time_that_is_none_is_refused(text):
     with pytest.raises(ValueError, match="30m"):
         _seconds(text)
+
+
+def test_an_answer_is_sent_at_once():
+    """asyncio switches Nagle's algorithm off where the protocol is named; else each of fifty answers waits 40 ms."""
+    with _listening(Serving()) as listening:
+        assert listening.proto == socket.IPPROTO_TCP
+        with socket.create_connection(listening.getsockname()):
+            accepted, _ = listening.accept()
+            with accepted:
+                assert accepted.proto == socket.IPPROTO_TCP  # what asyncio looks at

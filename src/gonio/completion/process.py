@@ -31,6 +31,7 @@ FIRST = np.array([1.5, 1.5, 1.0, 1.0])  # a, b, d and c in units of the residual
 WIDTHS = np.array([1.0, 1.0, 1.0, 2.0])  # of the weak prior of their logarithms
 LOWEST = 6.0  # below the first, in logarithms
 LEAST = 0.002  # lg of a value: no measurement is better than half a per cent
+TOGETHER = 20_000  # directions that are predicted at once: each takes some kilobytes
 MOST = 250  # residuals that a process learns from; of more, so many at even steps
 
 
@@ -97,6 +98,13 @@ class Process:
 
     def at(self, where: Where) -> tuple[Values, Values, Values]:
         """Lg of the surface over the fit (n,), its standard deviation, and that of nothing learned; without noise."""
+        count = len(where.sets)
+        pieces = np.array_split(np.arange(count), max(1, -(-count // TOGETHER)))
+        mean, deviation, before = np.concatenate([self._at(where.part(rows)) for rows in pieces], axis=1)
+        return mean, deviation, before
+
+    def _at(self, where: Where) -> Values:
+        """The same three (3, n) for directions that fit into memory together."""
         from scipy.linalg import cho_solve
 
         a, b, _, _ = self.scales
@@ -105,7 +113,7 @@ class Process:
         mean = across @ cho_solve(self._factor, self.residual, check_finite=False)
         before = a**2 + b**2 * np.sum(where.materials**2, axis=1)
         known = np.sum(across * cho_solve(self._factor, across.T, check_finite=False).T, axis=1)
-        return mean, np.sqrt(np.maximum(before - known, 0.0)), np.sqrt(before)
+        return np.stack([mean, np.sqrt(np.maximum(before - known, 0.0)), np.sqrt(before)])
 
 
 def _unlikelihood(scales: Values, parts: list[Values], residual: Values, first: Values) -> tuple[float, Values]:

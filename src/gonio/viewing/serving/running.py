@@ -114,10 +114,13 @@ def _bracketed(host: str) -> str:
 def _listening(serving: Serving) -> Iterator[socket.socket]:
     """A socket that listens; OSError with the remedy where the port is in use."""
     try:
-        family, *_, address = socket.getaddrinfo(serving.host, serving.port, type=socket.SOCK_STREAM)[0]
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            serving.host, serving.port, type=socket.SOCK_STREAM, proto=socket.IPPROTO_TCP
+        )[0]
     except OSError as error:
         raise ValueError(f"--host {serving.host}: {error.strerror}") from None
-    with socket.socket(family, socket.SOCK_STREAM) as listening:
+    # With its protocol named, asyncio sends each answer at once; else the kernel waits 40 ms for more to send (Nagle).
+    with socket.socket(family, kind, protocol) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind(address)

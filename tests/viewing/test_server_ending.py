@@ -127,7 +127,7 @@ def test_a_time_that_is_none_is_refused(text):
 
 
 def test_an_answer_is_sent_at_once():
-    """asyncio switches Nagle's algorithm off where the protocol is named; else each of fifty answers waits 40 ms."""
+    """Asyncio switches Nagle's algorithm off where the protocol is named; else each of fifty answers waits 40 ms."""
     with _listening(Serving()) as listening:
         assert listening.proto == socket.IPPROTO_TCP
         with socket.create_connection(listening.getsockname()):

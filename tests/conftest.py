@@ -3,6 +3,7 @@
 import importlib
 import os
 import pkgutil
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +22,12 @@ from places import ROOT
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):
     settings.load_profile("ci")
+
+# A shell that starts tests in the background has them ignore these signals; what they start would inherit that, and
+# would not end.
+for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+    if signal.getsignal(number := getattr(signal, name, signal.SIGINT)) is signal.SIG_IGN:
+        signal.signal(number, handler)
 
 SHARED_SCANS = ROOT.parent / "shared" / "data" / "scans"
 

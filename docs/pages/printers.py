@@ -8,18 +8,19 @@ RECORD, PAGE = BENCHMARKS / "printers.json", DOCS / "printers.md"
 OUTCOMES = ("killed", "equivalent", "respelled", "survived")
 
 
-def listed(changes: list[dict[str, Any]], outcome: str) -> str:
+def listed(rows: list[dict[str, Any]], outcome: str) -> str:
     """One line for each change of this outcome."""
-    lines = [f"- `{c['file']}:{c['line']}` {c['kind']}: `{c['text']}`" for c in changes if c["outcome"] == outcome]
-    return "\n".join(lines) or "None."
+    unseen = [(row["file"], one) for row in rows for one in row["unseen"] if one["outcome"] == outcome]
+    return "\n".join(f"- `{file}:{one['line']}` {one['kind']}: `{one['text']}`" for file, one in unseen) or "None."
 
 
 def page(record: dict[str, Any]) -> str:
     """The counts, then every change that no test saw."""
-    which = f"{record['sample']} places of each file, drawn by a fixed seed" if record["sample"] else "every place"
-    more = f"It took {record['minutes']:.0f} minutes. Changed: {which}."
-    rows = [[f"`{row['file']}`", *(row[k] for k in ("changes", *OUTCOMES))] for row in record["rows"]]
-    total = ["**all**", *(record["all"][k] for k in ("changes", *OUTCOMES))]
+    sampled = [f"`{row['file']}`" for row in record["rows"] if row["sample"]]
+    which = f"every place, but only some, drawn by a fixed seed, of {', '.join(sampled)}" if sampled else "every place"
+    more = f"It took {record['minutes']:.0f} minutes. Changed: {which}. A file that has not changed is not tried again."
+    rows = [[f"`{row['file']}`", *(row[k] for k in ("changes", *OUTCOMES)), row["date"]] for row in record["rows"]]
+    total = ["**all**", *(record["all"][k] for k in ("changes", *OUTCOMES)), ""]
     return f"""# A mistake in the printers makes a test fail
 
 {measured("make mutation-printers", record["date"], record["machine"], more)}
@@ -37,15 +38,15 @@ is raised by one, or a word is replaced by another. Then the tests of formulas a
 
 **{record["all"]["survived"]} of {record["all"]["changes"]} changes survived.**
 
-{table(["file", "changes", *OUTCOMES], [*rows, total], 1)}
+{table(["file", "changes", *OUTCOMES, "tried on"], [*rows, total], 1)}
 
 ## Survived
 
-{listed(record["unseen"], "survived")}
+{listed(record["rows"], "survived")}
 
 ## Respelled
 
-{listed(record["unseen"], "respelled")}
+{listed(record["rows"], "respelled")}
 """
 
 

@@ -1,6 +1,7 @@
 """Would a test see a mistake in the tracer or in a printer? Breaks each place in turn; `make mutation-printers`.
 
-Writes benchmarks/printers.json, which docs/pages/mutation.py adds to its page.
+Writes benchmarks/printers.json, which docs/pages/printers.py makes a page of. The record is written after each file,
+and a file that has not changed since it was tried whole is not tried again: the run can be stopped and taken up later.
 
 Every place of gonio.symbols and of the languages of gonio.exporting is changed once: operands exchanged, an operator or
 a comparison turned, a condition denied, a number raised by one, a word of a language or of a template replaced by
@@ -16,6 +17,7 @@ import argparse
 import ast
 import copy
 import functools
+import hashlib
 import importlib
 import importlib.abc
 import importlib.util
@@ -68,7 +70,7 @@ CHOSEN = (
 OUTCOMES = ("killed", "equivalent", "respelled", "survived")
 IMPORTED_ONCE = ("hypothesis", "xarray", "zarr")  # by every test; so no fork has to
 LONGEST = 120  # s of processor time for one change: other work on the machine must not make a change seem noticed
-PRINTING = 20  # s of processor time for all texts, which take two: where nothing is named twice, they have no end
+PRINTING = 10  # s of processor time for all texts, which take two: where nothing is named twice, they have no end
 WALL = 3600  # s on the clock, for a change that waits for ever
 FURTHER = 300  # pairs of directions that no test has
 
@@ -328,62 +330,82 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=0, help="try so many places of each file; 0 is all")
     parser.add_argument("--only", default="", help="files whose name has this")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="changes that are tried at once")
+    parser.add_argument("--again", action="store_true", help="also files that have not changed since they were tried")
     asked = parser.parse_args()
     for name in IMPORTED_ONCE:
         importlib.import_module(name)
     for name in [m for m in sys.modules if m.startswith(("gonio.symbols", "gonio.exporting"))]:
         del sys.modules[name]
-    start = time.monotonic()
     refuse_failing_tests()
     baseline = _baseline()
-    rows, unseen = [], []
     for path in sorted(p for folder in BROKEN for p in (PACKAGE / folder).glob("*.py")):
         name = path.relative_to(PACKAGE).as_posix()
         if asked.only not in name or path.name == "__init__.py":
             continue
-        source = path.read_text(encoding="utf-8")
-        every = list(changes(ast.parse(source)))
-        if asked.sample:
-            every = random.Random(1).sample(every, min(asked.sample, len(every)))
-        count: Counter[str] = Counter()
-        module = "gonio." + name.removesuffix(".py").replace("/", ".")
-        tried = functools.partial(in_a_fork, module, str(path), baseline)
-        with ThreadPoolExecutor(asked.jobs) as at_once:
-            outcomes = list(at_once.map(tried, (tree for _, _, tree in every)))
-        for (line, kind, _), found in zip(every, outcomes, strict=True):
-            count[found] += 1
-            if found in ("respelled", "survived"):
-                said = source.splitlines()[line - 1].strip() if line else ""
-                unseen.append({"file": name, "line": line, "kind": kind, "outcome": found, "text": said})
-        rows.append({"file": name, "changes": len(every), **{o: count[o] for o in OUTCOMES}})
-        print(name, dict(count), f"{(time.monotonic() - start) / 60:.1f} min", flush=True)
-    versions = f"Python {platform.python_version()}, NumPy {np.__version__}"
-    machine = f"{os.cpu_count()} cores, {platform.machine()}, {versions}"
-    record = {
+        if not asked.again and _tried_whole(name, path):
+            continue
+        row = of_one_file(name, path, asked.sample, asked.jobs, baseline)
+        RECORD.write_text(json.dumps(joined(_recorded(), row), indent=1) + "\n", encoding="utf-8")
+        print(name, {o: row[o] for o in OUTCOMES}, f"{row['minutes']:.1f} min", flush=True)
+        for one in row["unseen"]:
+            print(one)
+    return int(_recorded()["all"]["survived"] > 0)
+
+
+def of_one_file(name: str, path: Path, sample: int, jobs: int, baseline: list[str]) -> dict[str, Any]:
+    """What became of the changes in one file."""
+    start = time.monotonic()
+    source = path.read_text(encoding="utf-8")
+    every = list(changes(ast.parse(source)))
+    if sample:
+        every = random.Random(1).sample(every, min(sample, len(every)))
+    module = "gonio." + name.removesuffix(".py").replace("/", ".")
+    tried = functools.partial(in_a_fork, module, str(path), baseline)
+    with ThreadPoolExecutor(jobs) as at_once:
+        outcomes = list(at_once.map(tried, (tree for _, _, tree in every)))
+    count = Counter(outcomes)
+    unseen = [
+        {"line": line, "kind": kind, "outcome": found, "text": source.splitlines()[line - 1].strip() if line else ""}
+        for (line, kind, _), found in zip(every, outcomes, strict=True)
+        if found in ("respelled", "survived")
+    ]
+    return {
+        "file": name,
+        "changes": len(every),
+        **{o: count[o] for o in OUTCOMES},
+        "sample": sample,
         "date": date.today().isoformat(),
-        "machine": machine,
-        "minutes": (time.monotonic() - start) / 60,
-        "sample": asked.sample,
-        "models": list(CHOSEN),
-        "rows": rows,
-        "all": {k: sum(r[k] for r in rows) for k in ("changes", *OUTCOMES)},
+        "minutes": round((time.monotonic() - start) / 60, 1),
+        "sha256": hashlib.sha256(source.encode()).hexdigest(),
         "unseen": unseen,
     }
-    if asked.only and RECORD.exists():
-        record = joined(json.loads(RECORD.read_text(encoding="utf-8")), record)
-    RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-    for one in unseen:
-        print(one)
-    return int(record["all"]["survived"] > 0)  # type: ignore[index]
 
 
-def joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
-    """A record of all files in which some were tried again."""
-    again = {row["file"] for row in new["rows"]}
-    rows = sorted([r for r in old["rows"] if r["file"] not in again] + new["rows"], key=lambda row: row["file"])
-    unseen = [one for one in old["unseen"] if one["file"] not in again] + new["unseen"]
-    total = {k: sum(r[k] for r in rows) for k in ("changes", *OUTCOMES)}
-    return {**old, "minutes": old["minutes"] + new["minutes"], "rows": rows, "all": total, "unseen": unseen}
+def _recorded() -> dict[str, Any]:
+    if not RECORD.exists():
+        return {"rows": []}
+    found: dict[str, Any] = json.loads(RECORD.read_text(encoding="utf-8"))
+    return found
+
+
+def _tried_whole(name: str, path: Path) -> bool:
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return any(r["file"] == name and r["sample"] == 0 and r["sha256"] == digest for r in _recorded()["rows"])
+
+
+def joined(old: dict[str, Any], row: dict[str, Any]) -> dict[str, Any]:
+    """The record with one file tried again; files that are no more leave it."""
+    rows = [r for r in old["rows"] if r["file"] != row["file"] and (PACKAGE / r["file"]).exists()]
+    rows = sorted([*rows, row], key=lambda one: one["file"])
+    versions = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    return {
+        "date": max(r["date"] for r in rows),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, {versions}",
+        "minutes": sum(r["minutes"] for r in rows),
+        "models": list(CHOSEN),
+        "all": {k: sum(r[k] for r in rows) for k in ("changes", *OUTCOMES)},
+        "rows": rows,
+    }
 
 
 def _baseline() -> list[str]:

@@ -163,7 +163,7 @@ def test_a_parameter_stops_at_its_bound(page):
     page.evaluate("window.gonio.actions.move(0, 1)")
     page.evaluate("window.gonio.actions.drag(0, 20, 1e6)")
     assert page.evaluate("window.gonio.store.get().values")[3] == [10]
-    assert "bound: index" in page.inner_text("#curves .tools [role=status]")
+    until(page, "document.querySelector('#curves .tools [role=status]').innerText.includes('bound: index')")
 
 
 def test_the_pointer_and_the_keyboard_drag(page):

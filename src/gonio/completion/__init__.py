@@ -1,6 +1,6 @@
 """What a measurement says beyond its model: the residual of a fit, learned and carried to directions not measured."""
 
-from gonio.completion.completed import complete
+from gonio.completion.completed import Corrected, complete
 from gonio.completion.correction import Correction
 
-__all__ = ["Correction", "complete"]
+__all__ = ["Corrected", "Correction", "complete"]

@@ -1,12 +1,13 @@
 """A surface at directions that were not measured: a fit, corrected by what its residuals say."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from gonio.completion.correction import LEVEL, RELATIVE, Correction
+from gonio.completion.correction import LEVEL, RELATIVE, Correction, Learned
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
 from gonio.measured.dataset import DIRECTIONS, SETS, add_history
@@ -18,6 +19,39 @@ HALF = 0.5  # of the variance of the process: where less is known, the value res
 STEP, STEEPEST = 5.0, 80.0  # deg of theta_r, of the directions where none are asked for
 AZIMUTHS = np.arange(0.0, 360.0, 15.0)
 DIGITS = 6  # of angles [deg] that are one direction
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A fit with what the residuals of a scan say beyond it: a BRDF at any directions of its sets."""
+
+    solution: Solution
+    learned: Learned
+
+    @classmethod
+    def of(cls, scan: xr.Dataset, solution: Solution, correction: Correction | None = None) -> "Corrected":
+        """The correction of a fit by a scan, with the prior of public materials where none is given.
+
+        Raises ValueError where the units of both differ, or fewer than 10 values are positive.
+        """
+        if dataset.is_degree(scan) or dataset.unit(scan) != solution.unit:
+            raise ValueError(
+                f"the fit is in {solution.unit} and the scan in {dataset.unit(scan)}: a correction needs a scan of a "
+                "BRDF and a fit of it"
+            )
+        points = dataset.points(scan)
+        return cls(solution, (correction or Correction()).learned(points, solution.brdf(points)))
+
+    def brdf(self, points: xr.Dataset) -> Values:
+        """The corrected BRDF (n,) at n directions, in the unit of the fit."""
+        shift = self.learned.shift(points)  # refuses a set that the scan does not have
+        return np.asarray(self.solution.brdf(points) * 10**shift)
+
+    @property
+    def words(self) -> str:
+        """By what the model is corrected."""
+        prior = " and the prior of public materials" if self.learned.how.prior else ""
+        return f"corrected by {self.learned.points} values{prior}"
 
 
 def complete(
@@ -71,13 +105,8 @@ def complete(
     'measured'
 
     """
-    if dataset.is_degree(scan) or dataset.unit(scan) != solution.unit:
-        raise ValueError(
-            f"the fit is in {solution.unit} and the scan in {dataset.unit(scan)}: a correction needs a scan of a BRDF "
-            "and a fit of it"
-        )
-    points = dataset.points(scan)
-    learned = Correction(prior=prior, without=tuple(without)).learned(points, solution.brdf(points))
+    corrected = Corrected.of(scan, solution, Correction(prior=prior, without=tuple(without)))
+    points, learned = dataset.points(scan), corrected.learned
     places = _places(points, onto)
     shift, lg_uncertainty, known = learned.at(places)  # refuses a set that the scan does not have
     modelled = solution.brdf(places)
@@ -94,10 +123,9 @@ def complete(
     }
     found = places.assign({name: ("direction", column, attrs) for name, (column, attrs) in columns.items()})
     found.attrs = dict(scan.attrs)
-    words = f"completed by {solution.model.name}, corrected by {learned.points} values"
     left_out = points.sizes["direction"] - learned.points
-    words += f" without {left_out} that are not positive" * bool(left_out)
-    return add_history(found, words + (" and the prior of public materials" if prior else ""))
+    words = f"; {left_out} that are not positive took no part" * bool(left_out)
+    return add_history(found, f"completed by {solution.model.name}, {corrected.words}{words}")
 
 
 def _places(points: xr.Dataset, onto: xr.Dataset | None) -> xr.Dataset:

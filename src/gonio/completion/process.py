@@ -31,7 +31,7 @@ FIRST = np.array([1.5, 1.5, 1.0, 1.0])  # a, b, d and c in units of the residual
 WIDTHS = np.array([1.0, 1.0, 1.0, 2.0])  # of the weak prior of their logarithms
 LOWEST = 6.0  # below the first, in logarithms
 LEAST = 0.002  # lg of a value: no measurement is better than half a per cent
-TOGETHER = 20_000  # directions that are predicted at once: each takes some kilobytes
+TOGETHER = 2_000  # directions that are predicted at once: what is known of each fits into a cache
 MOST = 250  # residuals that a process learns from; of more, so many at even steps
 
 
@@ -47,6 +47,11 @@ class Where:
     def part(self, rows: Places) -> "Where":
         """Some of them."""
         return Where(self.coordinates[rows], self.sets[rows], self.curves[rows], self.materials[rows])
+
+    def pieces(self) -> list["Where"]:
+        """All of them in parts that fit into memory."""
+        count = len(self.sets)
+        return [self.part(rows) for rows in np.array_split(np.arange(count), max(1, -(-count // TOGETHER)))]
 
 
 @dataclass(frozen=True)
@@ -96,21 +101,41 @@ class Process:
         factor: tuple[Values, bool] = cho_factor(matrix, lower=True, check_finite=False)
         return factor
 
+    @functools.cached_property
+    def _weights(self) -> Values:
+        from scipy.linalg import cho_solve
+
+        return np.asarray(cho_solve(self._factor, self.residual, check_finite=False))
+
     def at(self, where: Where) -> tuple[Values, Values, Values]:
         """Lg of the surface over the fit (n,), its standard deviation, and that of nothing learned; without noise."""
-        count = len(where.sets)
-        pieces = np.array_split(np.arange(count), max(1, -(-count // TOGETHER)))
-        mean, deviation, before = np.concatenate([self._at(where.part(rows)) for rows in pieces], axis=1)
+        mean, deviation, before = np.concatenate([self._at(part) for part in where.pieces()], axis=1)
         return mean, deviation, before
 
+    def mean_at(self, where: Where) -> Values:
+        """The first of these (n,) alone, which takes a fraction of the time."""
+        found = np.zeros(len(where.sets))
+        for of_set in np.unique(where.sets):  # another set's residuals say nothing here
+            rows, own = np.flatnonzero(where.sets == of_set), np.flatnonzero(self.known.sets == of_set)
+            known = self.known.part(own)
+            means = [self._across(part, known) @ self._weights[own] for part in where.part(rows).pieces()]
+            found[rows] = np.concatenate(means)
+        return found
+
+    def _across(self, where: Where, known: Where) -> Values:
+        """The covariance of places with some that are known (n, known)."""
+        a, b, _, _ = self.scales
+        smooth, similar = _shared(where, known)
+        found: Values = a**2 * smooth + b**2 * similar
+        return found
+
     def _at(self, where: Where) -> Values:
-        """The same three (3, n) for directions that fit into memory together."""
+        """All three (3, n) for directions that fit into memory together."""
         from scipy.linalg import cho_solve
 
         a, b, _, _ = self.scales
-        smooth, similar = _shared(where, self.known)
-        across = a**2 * smooth + b**2 * similar
-        mean = across @ cho_solve(self._factor, self.residual, check_finite=False)
+        across = self._across(where, self.known)
+        mean = across @ self._weights
         before = a**2 + b**2 * np.sum(where.materials**2, axis=1)
         known = np.sum(across * cho_solve(self._factor, across.T, check_finite=False).T, axis=1)
         return np.stack([mean, np.sqrt(np.maximum(before - known, 0.0)), np.sqrt(before)])

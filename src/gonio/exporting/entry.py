@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 
 from gonio.comparison.answer import fit
+from gonio.completion import Corrected
 from gonio.exporting.registry import targets
 from gonio.exporting.source import identifier, refuse_suffix
 from gonio.exporting.subject import Subject, of_model, of_solution
@@ -47,7 +48,7 @@ class Exported:
 
 
 def export(
-    of: Model | Solution | xr.Dataset,
+    of: Model | Solution | Corrected | xr.Dataset,
     path: str | Path,
     *,
     to: str = "",
@@ -61,8 +62,9 @@ def export(
 
     Parameters
     ----------
-    of : Model, Solution or xarray.Dataset
-        A model of the catalogue or of your own, with `values`; a fit; or a scan, to which the best model is fitted.
+    of : Model, Solution, Corrected or xarray.Dataset
+        A model of the catalogue or of your own, with `values`; a fit; a fit corrected by what its scan says beyond it
+        (`gonio.completion.Corrected`), for tables alone; or a scan, to which the best model is fitted.
     path : str or Path
         The file to write. In source code a fit is called by its name, and a model by its own.
     to : str
@@ -88,7 +90,8 @@ def export(
     FileExistsError
         A file exists, and `force` is not set.
     ValueError
-        There is no such target, it cannot take the model, or the data are relative and no scale is given.
+        There is no such target, it cannot take the model or a corrected one, or the data are relative and no scale is
+        given.
 
     Examples
     --------
@@ -115,6 +118,12 @@ def write(
     """The same for a Subject; name: what it is called in source code, else as its model."""
     path = Path(path)
     target = chosen(to, path)
+    if subject.corrected is not None and not target.is_table:
+        tables = ", ".join(t.name for t in targets().values() if t.is_table and not t.refused)
+        raise ValueError(
+            f"{target.title} takes the formula of a model, and what a scan says beyond it is in no formula: leave out "
+            f"--correct, or write a table: --to {tables}"
+        )
     request = Request(path, identifier(name or subject.model.name), worst)
     refuse_suffix(path, target.suffixes, target.title)
     refuse_existing(path, force)

@@ -2,8 +2,9 @@
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from gonio.arrays import Array
+from gonio.completion import Corrected
 from gonio.door.binary import sha256
 from gonio.fitting.solution import Solution, labels_of, some
 from gonio.geometry import Geometry
@@ -47,6 +49,9 @@ class Subject:
         The incidence angles [deg] at which it was measured, in order; empty for a model of no data.
     solution : Solution or None
         The fit that it is.
+    corrected : callable or None
+        The lg by which the BRDF lies above the model's (n,), at directions of a set. No formula has it: tables alone
+        can be written.
 
     """
 
@@ -59,6 +64,7 @@ class Subject:
     wavelength: float | None = None
     theta_i: tuple[float, ...] = ()
     solution: Solution | None = None
+    corrected: Callable[[Geometry, str], np.ndarray] | None = None
 
     @property
     def values(self) -> Values:
@@ -88,7 +94,10 @@ class Subject:
 
     def brdf(self, geometry: Geometry, label: str | None = None) -> Array:
         """The BRDF [1/sr] of a set at pairs of directions, the one set where none is named."""
-        return self.model(geometry, self.values if label is None else self.sets[label])
+        modelled = self.model(geometry, self.values if label is None else self.sets[label])
+        if self.corrected is None:
+            return modelled
+        return np.asarray(modelled) * 10 ** self.corrected(geometry, self.label if label is None else label)
 
     def one(self, label: str) -> "Subject":
         """One of the sets."""
@@ -129,13 +138,19 @@ def of_model(model: Model, values: Values, *, scale: float | None = None, unit: 
 
 
 def of_solution(
-    solution: Solution, *, scale: float | None = None, select: Mapping[str, str] | None = None, file: Path | None = None
+    of: Solution | Corrected,
+    *,
+    scale: float | None = None,
+    select: Mapping[str, str] | None = None,
+    file: Path | None = None,
 ) -> Subject:
     """A fit, in all its sets or in those that are selected.
 
+    A fit may be corrected by what a scan says beyond it.
     Raises ValueError for a set that it does not have, values that change with the incidence angle, two kinds of sets at
     once, and relative data without a scale.
     """
+    corrected, solution = (of, of.solution) if isinstance(of, Corrected) else (None, of)
     name = file.name if file else "the fit"
     factor = _scale(solution.unit, scale, name)
     choice, by, labels = _sets(solution, select or {}, name)
@@ -150,6 +165,8 @@ def of_solution(
     facts = _facts(solution, file)
     if factor != 1.0 or solution.unit != ABSOLUTE:
         facts["scale"] = f"{factor:g} 1/sr for a unit of the fitted values"
+    if corrected is not None:
+        facts["correction"] = f"{corrected.words}: the values of the table are not those of the model alone"
     chosen = "".join(f", {k} {v}" for k, v in choice.items())
     return Subject(
         solution.model,
@@ -161,7 +178,20 @@ def of_solution(
         float(choice["wavelength"]) if "wavelength" in choice else _wavelength(solution),
         _incidence(solution),
         solution,
+        None if corrected is None else partial(_shift, corrected, choice, by),
     )
+
+
+def _shift(corrected: Corrected, choice: Mapping[str, str], by: str, geometry: Geometry, label: str) -> np.ndarray:
+    """The lg by which a corrected fit lies above its model, in the shape of the directions."""
+    unit_vectors = np.broadcast_arrays(*geometry)
+    x_i, y_i, z_i, x_r, y_r, z_r = (np.ravel(v).astype(float) for v in unit_vectors)
+    theta_i, theta_r = np.degrees(np.arctan2(np.hypot(x_i, y_i), z_i)), np.degrees(np.arctan2(np.hypot(x_r, y_r), z_r))
+    phi = np.degrees(np.arctan2(y_r, x_r) - np.arctan2(y_i, x_i)) % 360.0
+    sets = {**choice, **({by: label} if by else {})}
+    columns = {n: np.full(len(phi), float(v) if n == "wavelength" else v) for n, v in sets.items() if n in SETS}
+    points = make_scan(theta_i, theta_r, np.zeros(len(phi)), phi, coordinates=columns)
+    return corrected.learned.shift(points).reshape(unit_vectors[0].shape)
 
 
 def _scale(unit: str, scale: float | None, name: str) -> float:

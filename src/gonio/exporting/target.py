@@ -84,6 +84,8 @@ class Target:
         Proves the files that were written, with what is installed.
     refused : str
         Why nothing can be written for this program, and what to do; empty where it can be.
+    is_table : bool
+        Whether values are written, of anything that has a BRDF, and not the formula of a model.
 
     """
 
@@ -94,3 +96,4 @@ class Target:
     make: Make
     check: Check | None = None
     refused: str = ""
+    is_table: bool = False

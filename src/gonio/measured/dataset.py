@@ -133,13 +133,16 @@ def flatten(scan: xr.Dataset) -> xr.Dataset:
     beside those of the BRDF, and the parameterisation that needs these.
     """
     if scan["brdf"].dims == ("direction",):
-        return scan
+        alone = [n for n in (*DIRECTIONS, *SETS) if n in scan.coords and not scan[n].dims]  # one for all directions
+        count = scan.sizes["direction"]
+        columns: dict[str, Any] = {n: ("direction", np.full(count, scan[n].values[()]), scan[n].attrs) for n in alone}
+        return scan.assign_coords(columns) if alone else scan
     wide = scan["brdf"].dims
     names = [n for n in (*scan.data_vars, *DIRECTIONS, *SETS) if n in scan.variables and set(scan[n].dims) <= set(wide)]
     below = (scan["theta_i"] > HORIZON) | (scan["theta_r"] > HORIZON)
     full = {n: scan[n].broadcast_like(scan["brdf"]).transpose(*wide).values for n in names}
     kept = ~(np.isnan(full["brdf"]) & below.broadcast_like(scan["brdf"]).transpose(*wide).values)
-    columns: dict[str, Any] = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
+    columns = {n: ("direction", values[kept], scan[n].attrs) for n, values in full.items()}
     coords: dict[str, Any] = {n: columns.pop(n) for n in list(columns) if n in (*DIRECTIONS, *SETS)}
     if SYSTEMATIC in scan and {str(d) for d in scan[SYSTEMATIC].dims} <= {*map(str, wide), CAUSE}:
         by_cause = scan[SYSTEMATIC].broadcast_like(scan["brdf"]).transpose(CAUSE, *wide)

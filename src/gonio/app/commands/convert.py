@@ -1,6 +1,6 @@
 """`gonio convert`: a file written in another format, and the error that this costs."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,9 +11,11 @@ import typer
 
 from gonio import Problem, catalogue, convert, fit, read, resample
 from gonio.app import arguments, names
+from gonio.app.correcting import CorrectionOptions
 from gonio.app.help_page import Example
 from gonio.app.options import OutputOptions, Scan, ScanOptions, To
 from gonio.app.views import contents, conversion
+from gonio.completion import Corrected, Correction
 from gonio.fitting.objective.automatic import AUTO
 from gonio.fitting.objective.options import Weighting
 from gonio.fitting.solution import Solution, some
@@ -64,15 +66,20 @@ class ResamplingOptions:
             names=names.symmetry_or_models,
         ),
     ] = ""
+    correct: Annotated[
+        bool, Option("correct the model of --fill by what the scan shows beyond it, as `gonio complete` does")
+    ] = False
     weighting: Weighting = AUTO
 
-    def steps(self, data: "xr.Dataset") -> dict[str, Any]:
+    def steps(self, data: "xr.Dataset", correction: Correction) -> dict[str, Any]:
         """What `resample` and `convert` are asked."""
-        return {"impose": arguments.listed(self.impose), "filling": self._filling(data)}
+        return {"impose": arguments.listed(self.impose), "filling": self._filling(data, correction)}
 
-    def _filling(self, data: "xr.Dataset") -> Filling | None:
+    def _filling(self, data: "xr.Dataset", correction: Correction) -> Filling | None:
         """What may stand in gaps: symmetries by name, and a model, which is fitted to the data first."""
         named = arguments.listed(self.fill)
+        if self.correct and not [n for n in named if n not in (*SYMMETRIES, SYMMETRY)]:
+            raise ValueError("--correct corrects the model that fills the gaps: name one, as in --fill symmetry,ggx")
         if not named:
             return None
         symmetries = tuple(s for s in SYMMETRIES if s in named or SYMMETRY in named)
@@ -89,7 +96,11 @@ class ResamplingOptions:
         where = f" in {Path(models[0]).name}" if stored else ""
         weighting = solution.dataset.attrs["weighting"]
         words = f"{solution.model.name} fitted{where} with {weighting} weighting ({values}; {solution.status})"
-        return Filling(symmetries, partial(_predicted, solution, models[0], _alone(data)), words)
+        if not self.correct:
+            return Filling(symmetries, partial(_predicted, solution.brdf, models[0], _alone(data)), words)
+        corrected = Corrected.of(data, solution, correction)
+        predicted = partial(_predicted, corrected.brdf, models[0], _alone(data))
+        return Filling(symmetries, predicted, f"{words}, {corrected.words}")
 
     def onto_file(self, data: "xr.Dataset", path: Path, steps: dict[str, Any]) -> "xr.Dataset":
         """The data at the directions of another file, the error of that in the history."""
@@ -116,11 +127,11 @@ def _alone(data: "xr.Dataset") -> dict[str, Any]:
     return {name: found[0] for name, found in values.items() if len(found) == 1}
 
 
-def _predicted(solution: Solution, name: str, alone: Mapping[str, Any], points: "xr.Dataset") -> Any:
-    """The fit at directions, of which those of one set do not say which it is."""
+def _predicted(brdf: Callable[["xr.Dataset"], Any], name: str, alone: Mapping[str, Any], points: "xr.Dataset") -> Any:
+    """A fit at directions, of which those of one set do not say which it is."""
     said = {c: ("direction", np.full(points.sizes["direction"], v)) for c, v in alone.items() if c not in points.coords}
     try:
-        return solution.brdf(points.assign_coords(said))
+        return brdf(points.assign_coords(said))
     except ValueError as error:  # a fit of other wavelengths or channels
         raise ValueError(f"{name}: {error}") from error
 
@@ -129,6 +140,7 @@ def command(
     scan: Scan,
     out: Annotated[Path, typer.Argument(metavar="OUT", help="the file to write", show_default=False)],
     resampling: ResamplingOptions,
+    correction: CorrectionOptions,
     used: ScanOptions,
     output: OutputOptions,
     to: To = "",
@@ -138,7 +150,9 @@ def command(
     The error is kept in the history of the written file as well.
     """
     data = used.read(scan, findings=False)
-    steps, ready = resampling.steps(data), data
+    if not resampling.correct:
+        correction.refuse_unused("--correct")
+    steps, ready = resampling.steps(data, correction.chosen), data
     if resampling.onto is not None:
         ready = resampling.onto_file(data, resampling.onto, steps)
         steps = {"filling": steps["filling"]}  # what the format stores beside these directions is filled as they were

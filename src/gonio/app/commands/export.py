@@ -10,10 +10,12 @@ from gonio import catalogue
 from gonio import fit as fitted
 from gonio.app import names
 from gonio.app.arguments import number
+from gonio.app.correcting import CorrectionOptions
 from gonio.app.help_page import Example
 from gonio.app.model_options import ValueOptions
 from gonio.app.options import Models, OutputOptions, ScanOptions, chosen_models
 from gonio.app.views import exporting as view
+from gonio.completion import Corrected, Correction
 from gonio.exporting.entry import write
 from gonio.exporting.subject import Subject, of_model, of_solution
 from gonio.exporting.target import WORST
@@ -30,6 +32,10 @@ EXAMPLES = (
         "A model with values as C, compiled and compared with gonio",
     ),
     Example("gonio export scan.csv --model ggx --to python --out coating.py", "A fitted model as a Python module"),
+    Example(
+        "gonio export scan.csv --model ggx --correct --to zemax --out corrected.bsdf",
+        "A table of a fit, corrected by what the scan shows beyond it",
+    ),
 )
 
 
@@ -55,6 +61,13 @@ class ExportOptions:
             panel=Panel.MODEL,
         ),
     ] = ""
+    correct: Annotated[
+        bool,
+        Option(
+            "write a table of the model corrected by what the scan shows beyond it, as `gonio complete` does",
+            panel=Panel.MODEL,
+        ),
+    ] = False
     worst: Annotated[float, Option("largest relative rms error of a table", metavar="VALUE", lowest=0.0)] = WORST
 
 
@@ -71,6 +84,7 @@ def command(
     out: Annotated[Path, Option("the file to write", metavar="FILE", panel=Panel.OUTPUT)],
     export: ExportOptions,
     values: ValueOptions,
+    correction: CorrectionOptions,
     used: ScanOptions,
     output: OutputOptions,
     model: Models = "",
@@ -79,7 +93,10 @@ def command(
 
     The written file names its source, its values with their uncertainty, and what the model violates.
     """
-    subject, name = _subject(source, export, values, used, model), export.name or called(source, out)
+    if not export.correct:
+        correction.refuse_unused("--correct")
+    chosen = correction.chosen if export.correct else None
+    subject, name = _subject(source, export, values, used, model, chosen), export.name or called(source, out)
     done = write(subject, out, export.to, name, export.worst, output.force)
     proof = done.prove() if export.check else None
     output.show(view.record(done, proof), view.lines(done, proof))
@@ -90,9 +107,18 @@ def called(source: str, out: Path) -> str:
     return source if source in catalogue else out.stem
 
 
-def _subject(source: str, export: ExportOptions, values: ValueOptions, used: ScanOptions, model: str) -> Subject:
+def _subject(
+    source: str,
+    export: ExportOptions,
+    values: ValueOptions,
+    used: ScanOptions,
+    model: str,
+    correction: Correction | None,
+) -> Subject:
     """What is exported."""
     if source in catalogue:
+        if correction is not None:
+            raise ValueError("--correct needs a scan or a fit of one, and a model is named: leave it out")
         if model:
             raise ValueError("--model is fitted to a scan, and a model is named: leave it out")
         return _of_model(source, export, values, used)
@@ -102,10 +128,14 @@ def _subject(source: str, export: ExportOptions, values: ValueOptions, used: Sca
     if is_solution(path):
         if used != ScanOptions(select=used.select) or model:
             raise ValueError(f"{path}: holds a fit, and masks, corrections and --model belong to a scan")
-        return of_solution(Solution.load(path), scale=export.scale, select=used.select, file=path)
-    data = used.read(path)
-    solution = fitted(data, chosen_models(model)) if model else fitted(data)
-    return of_solution(solution, scale=export.scale, file=path)
+        solution, select = Solution.load(path), used.select
+        if correction is not None and not solution.has_scan:
+            raise ValueError(f"{path}: holds no scan that could correct the fit: name the scan, with --model")
+    else:
+        data, select = used.read(path), {}
+        solution = fitted(data, chosen_models(model)) if model else fitted(data)
+    of = solution if correction is None else Corrected.of(solution.scan, solution, correction)
+    return of_solution(of, scale=export.scale, select=select, file=path)
 
 
 def _of_model(source: str, export: ExportOptions, values: ValueOptions, used: ScanOptions) -> Subject:

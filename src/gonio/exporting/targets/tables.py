@@ -103,6 +103,7 @@ def _target(target: Format) -> Target:
         lambda subject, request: _made(target, subject, request),
         lambda subject, request: _checked(target, subject, request),
         refused,
+        is_table=True,
     )
 
 

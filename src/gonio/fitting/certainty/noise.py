@@ -20,6 +20,7 @@ from gonio.fitting.search.reweighting import scatter
 Values = npt.NDArray[np.float64]
 
 EXACT = 1e-5  # of a value: the least noise that a file of six digits can show
+LEAST = 1e-200  # a variance whose reciprocal can be squared: residuals may all be zero, or next to it
 FREEDOM = 4.0  # degrees of freedom of the t distribution that stands for noise with outliers
 ROBUST_ROUNDS = 20  # fits in the tangent plane
 NOISE_ROUNDS = 20  # reweightings; each goes at least a third of the remaining way
@@ -112,7 +113,7 @@ def _amounts(residual: Values, kinds: Values) -> tuple[Values, float]:
     counted = kinds[:, 0] > 0  # a point without weight has no residual either
     squared, shares = residual[counted] ** 2, kinds[counted]
     both = shares.sum(axis=1)
-    least = float(EXACT**2 * np.max(squared / both) + np.finfo(float).tiny)
+    least = float(EXACT**2 * np.max(squared / both) + LEAST)
     variance = np.maximum(both * np.median(squared / both), both * least)
     for _ in range(NOISE_ROUNDS):
         likely = (FREEDOM + 1) / (FREEDOM + squared / variance) * squared / variance

@@ -22,8 +22,10 @@ from gonio.comparison.assessment import Row
 from gonio.comparison.metrics import metrics
 from gonio.comparison.ranking import compare
 from gonio.fitting import fit
-from gonio.fitting.certainty.hold_out import predictions
+from gonio.fitting.certainty.hold_out import folds, predictions
+from gonio.measured import dataset
 from gonio.processes.portable import cores
+from gonio.verification.checks.reciprocity import reciprocity
 from surfaces import DATA, surfaces
 
 HERE = Path(__file__).resolve().parent
@@ -48,7 +50,27 @@ def record(row: Row) -> dict[str, Any]:
         "fitted": _six_digits(row.metrics["log10_rmse"]),
         "left_out": _six_digits(row.validated["log10_rmse"]),
         "delta_left_out": _six_digits(row.validated["delta"]),
+        "by_fold": {name: _six_digits(error) for name, error in row.by_fold.items()},
     }
+
+
+def of_the_data(scan: xr.Dataset) -> dict[str, Any]:
+    """What no model can know: how far exchanged directions differ, and how far repeated readings scatter, in lg.
+
+    The rms error of a reciprocal model at a pair of exchanged directions is at least half their difference.
+    """
+    points = dataset.points(scan)
+    found: dict[str, Any] = {"folds": {name: int(fold.sum()) for name, fold in folds(points, "theta_i")}}
+    try:
+        outcome = reciprocity(scan)
+        found["reciprocity"] = {"pairs": outcome.count, "least": _six_digits(outcome.number / 2 / np.log(10))}
+    except ValueError:  # no pair
+        found["reciprocity"] = {"pairs": 0, "least": None}
+    if "uncertainty" in points:
+        relative = points["uncertainty"].values / points["brdf"].values
+        stated = relative[np.isfinite(relative) & (relative > 0)]
+        found["repeats"] = _six_digits(float(np.sqrt(np.mean(stated**2))) / np.log(10)) if stated.size else None
+    return found
 
 
 def _six_digits(value: float) -> float:
@@ -76,6 +98,7 @@ def main() -> int:
         parts = {part: judged(scan, [catalogue[OURS]], held=held)[0] for part, held in WITHOUT.items()}
         found[name] = {
             "points": rows[0].solution.dataset.attrs["points"],
+            **of_the_data(scan),
             "models": {row.model.name: record(row) for row in rows},
             "freed": record(judged(scan, [catalogue[COATED]], bounds=FREED)[0]),
             "tail": next(row.solution.values["c"] for row in rows if row.model.name == OURS),

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from _pages import BENCHMARKS, DOCS, measured, table, write
 
+from gonio.completion.process import LENGTHS, MOST, SEVERAL
+
 RECORD, PAGE = BENCHMARKS / "completed.json", DOCS / "completion.md"
 WAYS = {
     "prior": "corrected, with the prior",
@@ -146,7 +148,8 @@ AnoBlack EC1 on aluminium, measured over all azimuths: {record["full_azimuth"]["
 The residual lg m - lg f is a Gaussian process (rasmussen2006) of three coordinates, ln(shift + 0.05), the distance from the back direction, and cos θᵢ cos θᵣ. None
 changes where light and detector are exchanged. Its variance has four parts: a smooth one; one that resembles what `gonio-best` misses of public materials; one of each
 curve of one incidence angle, which is taken for an error of that curve's measurement; and noise. Their sizes are those of the largest likelihood of the residuals of
-the scan, each with an upper bound in units of the rms residual. Lengths (0.7, 0.8, 0.5) and bounds were chosen on the scans above alone.
+the scan, each with an upper bound in units of the rms residual. Lengths ({", ".join(f"{length:g}" for length in LENGTHS)}) and bounds were chosen on the scans above alone.
+Where a scan has more than {MOST} values, {SEVERAL} processes each learn from {MOST} of them at even steps, and the mean of their predictions is taken (breiman1996).
 
 The process knows nothing of how models fail where source and detector are both low. So the uncertainty is multiplied by a factor. Take the smaller of θᵢ and θᵣ of the
 direction, less the largest such value of the scan. The factor is 1 where that is -20° or below, grows linearly to 3.5 at 0°, and to 6 at 20° and beyond. It was chosen on the scans above so that the

@@ -9,10 +9,10 @@ BEGIN, END = "<!-- from benchmarks/grain.json -->", "<!-- end -->"
 
 
 def text(found: dict) -> str:
-    """In how many repetitions each value came back, and all three at once."""
+    """In how many of 100 repetitions each value came back, and all three at once."""
     rows = [
-        (f"`{name}`", *(count for count in counts.values() if isinstance(count, int)))
-        for name, counts in found["models"].items()
+        (f"`{name}`", *(f"{share:.1f}" for share in shares.values() if isinstance(share, float)))
+        for name, shares in found["models"].items()
     ]
     heads = ("model", "first width", "second width", "azimuth", "all three")
     return "\n".join(["Made by `make grain`.", "", table(heads, rows, 1)])

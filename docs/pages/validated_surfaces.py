@@ -1,6 +1,7 @@
 """The first part of docs/real-surfaces.md: what every model predicts, from benchmarks/validated.json."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +89,14 @@ def lines(found: dict[str, Any]) -> list[str]:
         "",
         *table(some),
         "",
+        "### What a user gets",
+        "",
+        *nested(found),
+        "",
+        "### How much of the error is the data's own",
+        "",
+        *of_the_data(found),
+        "",
         "### The models by their mean over the scans",
         "",
         *ranking(some),
@@ -129,6 +138,78 @@ def conclusions(some: dict[str, Models]) -> list[str]:
         f"{100 * (10 ** error(some[easiest][T_S[0]]) - 1):.0f} %."
     )
     return text
+
+
+def nested(found: dict[str, Any]) -> list[str]:
+    """The error of a model that is chosen without the angle that judges it, beside those of one for all and in hindsight."""
+    columns: dict[str, list[float]] = {"chosen": [], OURS: [], "hindsight": []}
+    rows = []
+    for name, models in scans(found).items():
+        counts = found["scans"][name]["folds"]
+        chosen = []
+        for fold in counts:
+            others = [other for other in counts if other != fold]
+            best = min(models, key=lambda model: over(models[model], counts, others))
+            chosen.append((counts[fold], models[best]["by_fold"][fold], best))
+        own = float(np.sqrt(sum(n * e**2 for n, e, _ in chosen) / sum(n for n, _, _ in chosen)))
+        hindsight = error(models[least(models)])
+        for column, value in zip(columns.values(), (own, error(models[OURS]), hindsight), strict=True):
+            column.append(value)
+        named = Counter(model for _, _, model in chosen)
+        rows.append([name, *(f"{v:.4f}" for v in (own, error(models[OURS]), hindsight)),
+                     ", ".join(f"{model} ({count})" for model, count in named.most_common())])  # fmt: skip
+    means = {head: float(np.mean(values)) for head, values in columns.items()}
+    gain = np.log(np.array(columns["chosen"]) / columns[OURS])
+    change, uncertainty = 100 * np.expm1(gain.mean()), 100 * gain.std(ddof=1) / np.sqrt(len(gain))
+    verdict = (
+        "a difference"
+        if abs(change) > 2 * uncertainty
+        else "less than two standard errors, so no difference that means anything"
+    )
+    return [
+        "Above, *best model* is chosen by the angles that judge it, which nobody can do beforehand. Here it is chosen for each angle by the left-out errors",
+        "at all other angles, and judged by that angle. In brackets is for how many angles a model was chosen.",
+        "",
+        f"| scan | chosen without the angle | `{OURS}` everywhere | best in hindsight | chosen |",
+        "|---|---:|---:|---:|---|",
+        *("| " + " | ".join(row) + " |" for row in rows),
+        f"| **mean of {len(rows)}** | " + " | ".join(f"**{mean:.4f}**" for mean in means.values()) + " | |",
+        "",
+        f"Choosing a model for each scan changes the geometric mean of the error by {change:+.1f} % against `{OURS}` everywhere (standard error "
+        f"{uncertainty:.1f} %): {verdict}.",
+    ]
+
+
+def over(model: dict[str, Any], counts: dict[str, int], some: list[str]) -> float:
+    """The left-out error of a model over some of the angles; infinite where it has none at one of them."""
+    errors = [np.inf if model["by_fold"].get(fold) is None else model["by_fold"][fold] for fold in some]
+    return float(sum(counts[fold] * e**2 for fold, e in zip(some, errors, strict=True)))
+
+
+def of_the_data(found: dict[str, Any]) -> list[str]:
+    """Left-out error between the angles and at the steepest, beside what reciprocity and repeats leave to no model."""
+    rows = []
+    for name, models in scans(found).items():
+        scan, ours = found["scans"][name], models[OURS]
+        counts = scan["folds"]
+        steepest = max(counts, key=lambda fold: float(fold.split()[-1]))
+        inner = [fold for fold in counts if fold != steepest]
+        between = np.sqrt(over(ours, counts, inner) / sum(counts[fold] for fold in inner))
+        asymmetry, repeats = scan["reciprocity"], scan.get("repeats")
+        floor = np.hypot(asymmetry["least"] or 0.0, repeats or 0.0)
+        share = f"{100 * min(1.0, (floor / error(ours)) ** 2):.0f}" if floor else "–"
+        rows.append([name, f"{between:.4f}", f"{ours['by_fold'][steepest]:.4f}",
+                     "–" if asymmetry["least"] is None else f"{asymmetry['least']:.4f}", str(asymmetry["pairs"]),
+                     "–" if repeats is None else f"{repeats:.4f}", share])  # fmt: skip
+    return [
+        f"Left-out lg RMSE of `{OURS}`, apart for the steepest incidence angle, which is extrapolated. Beside it stands what no reciprocal model can",
+        "take. *Reciprocity*: half the rms difference of lg of directions that were measured both ways, the least rms error there of any reciprocal model. *Repeats*: the rms",
+        "standard deviation of lg over repeated readings, where the scan states it. *Share*: the squares of both over that of the error.",
+        "",
+        "| scan | between the angles | at the steepest | reciprocity | pairs | repeats | share [%] |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+        *("| " + " | ".join(row) + " |" for row in rows),
+    ]
 
 
 def papers_metric(found: dict[str, Any]) -> str:

@@ -64,6 +64,9 @@ def shares(density, ray, each=30):
     return np.histogram2d(zz.ravel(), aa.ravel(), EDGES, weights=cells.ravel())[0].ravel()
 
 
+WIDTHS = (("w_x", "w_y"), ("m_x", "m_y"))  # along the grain and across it
+
+
 def compared(name, values, library, theta_i, calls):
     """The mean energy with its standard error beside the reflectance, and the p-value of the directions."""
     subject = of_model(catalogue[name], values)
@@ -90,7 +93,9 @@ def main():
     folder = Path(tempfile.mkdtemp())
     windows = {}
     for name, model in catalogue.items():
-        values = dict.fromkeys(model.weights, 0.3)
+        # With a grain the widths are equal: OpticStudio does not say how a surface lies.
+        equal = {across: model.shape[along].default for along, across in WIDTHS if across in model.shape}
+        values = dict.fromkeys(model.weights, 0.3) | equal
         done = gonio.export(model, folder / f"{name}.c", to="zemax-dll", values=values)
         command = [WINDOWS, *STRICT, "-o", str(folder / f"{name}.dll"), str(done.files[0])]
         subprocess.run(command, check=True)

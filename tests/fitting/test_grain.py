@@ -139,11 +139,11 @@ def test_grains_that_stand_at_usual_azimuths_come_back(psi):
         assert all(abs(solution.values[n] - known[n]) < 4 * solution.uncertainties[n] for n in asked)
 
 
-def test_the_record_of_a_hundred_repetitions():
-    """Normal errors lie within two standard uncertainties in 95.4 of 100: by chance in 89 at least (three sigmas)."""
+def test_the_record_of_many_repetitions():
+    """Normal errors lie within two standard uncertainties in 95.4 of 100, of 400 by chance in 92.2 (three sigmas)."""
     record = json.loads((ROOT / "benchmarks" / "grain.json").read_text(encoding="utf-8"))
     assert record["models"].keys() == {model.name for model in GRAINED}
     for name, found in record["models"].items():
         counts = [found[value] for value in brushed.BRUSHED[name][2]]
-        assert min(counts) >= 89
-        assert sum(counts) >= 0.918 * 3 * record["repeats"]
+        assert record["repeats"] >= 400
+        assert min(counts) >= 92.2

@@ -10,7 +10,7 @@ import xarray as xr
 
 from gonio.completion import prior
 from gonio.completion.coordinates import coordinates
-from gonio.completion.process import Process, Where
+from gonio.completion.process import Several, Where
 from gonio.measured import dataset
 
 Values = npt.NDArray[np.float64]
@@ -58,7 +58,7 @@ class Correction:
         curves, _ = _numbered(points, ("theta_i", *names))
         where = Where(coordinates(points), sets, curves, self._materials(points))
         residual = np.log10(measured[used] / modelled[used])
-        return Learned(self, Process.learned(where, residual), names, labels, _steepness(points).max(), len(used))
+        return Learned(self, Several.learned(where, residual), names, labels, _steepness(points).max(), len(used))
 
     def _materials(self, points: xr.Dataset) -> Values:
         if not self.prior:
@@ -71,7 +71,7 @@ class Learned:
     """A correction: its process, the sets that it knows, the steepest pair of directions, and of how many values."""
 
     how: Correction
-    process: Process
+    process: Several
     names: tuple[str, ...]
     labels: tuple[tuple[str, ...], ...]
     steepest: float

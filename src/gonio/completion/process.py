@@ -12,6 +12,9 @@ prediction is the first two, so it is reciprocal.
 
 The standard deviations a, b, d and c are those of the largest likelihood, with a weak prior that keeps each
 near the size of the residual, and with bounds: without them a narrow feature that no length fits makes a large.
+
+Of many residuals several processes are learned, each from some of them, and their predictions are averaged (bagging,
+breiman1996): no such sum of parts is quite true, and the mean of several predicts better than one that knows all.
 """
 
 import functools
@@ -32,7 +35,8 @@ WIDTHS = np.array([1.0, 1.0, 1.0, 2.0])  # of the weak prior of their logarithms
 LOWEST = 6.0  # below the first, in logarithms
 LEAST = 0.002  # lg of a value: no measurement is better than half a per cent
 TOGETHER = 2_000  # directions that are predicted at once: what is known of each fits into a cache
-MOST = 250  # residuals that a process learns from; of more, so many at even steps
+MOST = 250  # residuals that a process learns from
+SEVERAL = 3  # processes, where there are more: each learns from so many at even steps
 
 
 @dataclass(frozen=True)
@@ -63,13 +67,11 @@ class Process:
     scales: Values
 
     @classmethod
-    def learned(cls, where: Where, residual: Values) -> "Process":
+    def learned(cls, known: Where, residual: Values) -> "Process":
         """The process of largest likelihood."""
         from scipy.optimize import minimize
 
-        rows = np.linspace(0, len(residual) - 1, min(len(residual), MOST)).round().astype(np.intp)
-        known, size = where.part(rows), max(float(np.std(residual)), LEAST)
-        residual = residual[rows]
+        size = max(float(np.std(residual)), LEAST)
         parts = [*_shared(known, known), _matern(known, known, OF_CURVES) * _alike(known.curves, known.curves)]
         # Each part has the size 1 on average over the known places, so that the same bounds fit all.
         means = np.array([*(max(float(np.mean(np.diag(part))), np.finfo(float).tiny) for part in parts), 1.0])
@@ -139,6 +141,43 @@ class Process:
         before = a**2 + b**2 * np.sum(where.materials**2, axis=1)
         known = np.sum(across * cho_solve(self._factor, across.T, check_finite=False).T, axis=1)
         return np.stack([mean, np.sqrt(np.maximum(before - known, 0.0)), np.sqrt(before)])
+
+
+@dataclass(frozen=True)
+class Several:
+    """The mean of processes that are learned from different residuals of one scan."""
+
+    members: tuple[Process, ...]
+
+    @classmethod
+    def learned(cls, where: Where, residual: Values) -> "Several":
+        """One process of all residuals, or SEVERAL of MOST each."""
+        count = len(residual)
+        if count <= MOST:
+            return cls((Process.learned(where, residual),))
+        steps = np.arange(MOST)
+        each = [np.unique(((steps + (k + 0.5) / SEVERAL) * count / MOST).astype(np.intp)) for k in range(SEVERAL)]
+        return cls(tuple(Process.learned(where.part(rows), residual[rows]) for rows in each))
+
+    @property
+    def noise(self) -> float:
+        """As of a Process: the root mean square over the members."""
+        return float(np.sqrt(np.mean([member.noise**2 for member in self.members])))
+
+    def at(self, where: Where) -> tuple[Values, Values, Values]:
+        """As of a Process: the mean, and the root mean squares of both standard deviations."""
+        means, deviations, before = (
+            np.stack(parts) for parts in zip(*(m.at(where) for m in self.members), strict=True)
+        )
+        return means.mean(axis=0), _rms(deviations), _rms(before)
+
+    def mean_at(self, where: Where) -> Values:
+        """As of a Process: the mean."""
+        return np.mean([member.mean_at(where) for member in self.members], axis=0)
+
+
+def _rms(several: Values) -> Values:
+    return np.asarray(np.sqrt(np.mean(several**2, axis=0)))
 
 
 def _unlikelihood(scales: Values, parts: list[Values], residual: Values, first: Values) -> tuple[float, Values]:

@@ -46,9 +46,9 @@ def namespace(array: Array) -> Any:
 
 
 def constants(values: Any, like: Array) -> Array:
-    """Numbers as an array in the library, floating dtype and device of the array `like`."""
+    """Numbers as an array in the library, floating dtype and device of `like`, NumPy's own for a Python number."""
     xp = namespace(like)
-    if _is_drjit(like):
+    if _is_drjit(like) or not is_array_api_obj(like):  # a Python number has no dtype
         return xp.asarray(values)
     return xp.asarray(values, dtype=like.dtype, device=device(like))
 

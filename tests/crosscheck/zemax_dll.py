@@ -67,6 +67,12 @@ def shares(density, ray, each=30):
 WIDTHS = (("w_x", "w_y"), ("m_x", "m_y"))  # along the grain and across it
 
 
+def isotropic(model):
+    """Weights, and equal widths of a model with a grain: OpticStudio does not say how a surface lies."""
+    equal = {across: model.shape[along].default for along, across in WIDTHS if across in model.shape}
+    return dict.fromkeys(model.weights, 0.3) | equal
+
+
 def compared(name, values, library, theta_i, calls):
     """The mean energy with its standard error beside the reflectance, and the p-value of the directions."""
     subject = of_model(catalogue[name], values)
@@ -93,10 +99,7 @@ def main():
     folder = Path(tempfile.mkdtemp())
     windows = {}
     for name, model in catalogue.items():
-        # With a grain the widths are equal: OpticStudio does not say how a surface lies.
-        equal = {across: model.shape[along].default for along, across in WIDTHS if across in model.shape}
-        values = dict.fromkeys(model.weights, 0.3) | equal
-        done = gonio.export(model, folder / f"{name}.c", to="zemax-dll", values=values)
+        done = gonio.export(model, folder / f"{name}.c", to="zemax-dll", values=isotropic(model))
         command = [WINDOWS, *STRICT, "-o", str(folder / f"{name}.dll"), str(done.files[0])]
         subprocess.run(command, check=True)
         windows[name] = done.prove().error

@@ -9,7 +9,7 @@ import pytest
 
 import gonio
 from crosscheck.zemax_dll import MODELS as VALUES
-from crosscheck.zemax_dll import compared, specular
+from crosscheck.zemax_dll import compared, isotropic, specular
 from gonio import Geometry, Model, catalogue
 from gonio.exporting.entry import write
 from gonio.exporting.mixture import mixture
@@ -135,6 +135,12 @@ def test_text_from_outside_neither_ends_the_comment_nor_begins_another(tmp_path)
     subject = of_model(catalogue["lambert"], {"rho": 0.5}, origin="*/ int x; /* a // b \\ \n int y;")
     done = write(subject, tmp_path / "x*:y.c", "zemax-dll")
     compiled(compiler(), done.files[0], tmp_path / "x.so")
+
+
+@pytest.mark.parametrize("name", catalogue)
+def test_every_model_goes_out(tmp_path, name):
+    """Also one whose density takes special functions of its parameters, which are plain numbers here."""
+    assert "scatter" in written(tmp_path, name, isotropic(catalogue[name])).files[0].read_text(encoding="utf-8")
 
 
 def test_a_brushed_surface_is_refused(tmp_path):

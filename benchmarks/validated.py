@@ -31,10 +31,12 @@ from surfaces import DATA, surfaces
 HERE = Path(__file__).resolve().parent
 OURS = "gonio-best"
 TABLES = ("torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz")  # what the paper's tables compare
-WITHOUT = {  # its parts, each held at nothing in turn
-    "a diffuse lobe as wide as a Lambertian": {"gamma": 720.0},
-    "no forward scatter": {"rho_f": 0.0, "s": 0.8},
-    "no scattered lobe": {"rho_s": 0.0, "m": 0.25, "h": 0.05},
+WITHOUT: dict[
+    str, dict[str, Any]
+] = {  # the width of its diffuse lobe is freed, then each other part is held at nothing
+    "a diffuse lobe of free width": {"bounds": {"gamma": (1.0, 720.0)}},
+    "no forward scatter": {"held": {"rho_f": 0.0, "s": 0.8}},
+    "no scattered lobe": {"held": {"rho_s": 0.0, "m": 0.25, "h": 0.05}},
 }
 COATED, FREED = "coated-body", {"n_b": (1.05, 2.2)}  # its index is held unless it is bounded
 
@@ -95,7 +97,7 @@ def main() -> int:
     found = {}
     for name, scan in track(list(surfaces()), "judging", disable=not sys.stderr.isatty()):
         rows = judged(scan, models)
-        parts = {part: judged(scan, [catalogue[OURS]], held=held)[0] for part, held in WITHOUT.items()}
+        parts = {part: judged(scan, [catalogue[OURS]], **changed)[0] for part, changed in WITHOUT.items()}
         found[name] = {
             "points": rows[0].solution.dataset.attrs["points"],
             **of_the_data(scan),

@@ -16,7 +16,7 @@ PAPER = {"T-S": 57.16, "T-C": 30.61}  # guo2023, averages of Tables 2 and 3 [%],
 PEERS = {"AnoBlackEC1onAlum": 0.0445, "merl_aluminium_slice": 0.0733}  # lg RMSE of a 13-value binomial, in sample
 LISTED = 12
 BARE, OVER, COATED, FREED = "student-t", "student-t-coated", "coated-body", "coated-body, its index free"
-FLAT = "a diffuse lobe as wide as a Lambertian"
+FREE = "a diffuse lobe of free width"
 HALFWAY = 1.5  # between the exponents of the two tails
 CLEAR = 0.05  # of an error: a difference that is told
 MARKERS = ("s", "D", "^", "o")
@@ -293,7 +293,8 @@ def parts(found: dict[str, Any]) -> list[str]:
     """Left-out error without each part over that with it, by scan and on average."""
     names = list(next(iter(found["scans"].values()))["without"])
     out = [
-        f"Left-out lg RMSE of `{OURS}` with one part held at nothing, over that of the whole model: above 1 the part predicts something.",
+        f"Left-out lg RMSE of `{OURS}` with one part changed, over that of the model as it is: above 1 the change predicts worse. Its diffuse lobe is a",
+        "Lambertian unless its width is freed; the other two parts are held at nothing.",
         "",
         "| scan | whole | " + " | ".join(names) + " |",
         "|---|---:|" + "---:|" * len(names),
@@ -362,14 +363,14 @@ def told(columns: dict[str, dict[str, float]], which: str, values: str) -> str:
 
 def lobe(found: dict[str, Any]) -> list[str]:
     """Where the paper's Cauchy-Lorentz lobe about the normal earns its place, in words."""
-    ratio = {n: error(scan["without"][FLAT]) / error(scan["models"][OURS]) for n, scan in found["scans"].items()}
+    ratio = {n: error(scan["without"][FREE]) / error(scan["models"][OURS]) for n, scan in found["scans"].items()}
     tails = {name: scan["tail"] for name, scan in found["scans"].items()}
     near = [f"{name} ({c:.2f})" for name, c in tails.items() if c < HALFWAY]
-    helps = [f"{name} ({100 * (r - 1):.0f} %)" for name, r in ratio.items() if r > 1 + CLEAR]
-    hurts = [f"{name} ({100 * (1 - r):.0f} %)" for name, r in ratio.items() if r < 1 - CLEAR]
+    helps = [f"{name} ({100 * (1 - r):.0f} %)" for name, r in ratio.items() if r < 1 - CLEAR]
+    hurts = [f"{name} ({100 * (r - 1):.0f} %)" for name, r in ratio.items() if r > 1 + CLEAR]
     return [
-        f"The paper's Cauchy-Lorentz lobe, as a diffuse part, predicts more than {100 * CLEAR:.0f} % better than a Lambertian on "
-        f"{', '.join(helps) or 'no scan'}, and worse on {', '.join(hurts) or 'no scan'}; elsewhere its half width runs to where both are one.",
+        f"The paper's Cauchy-Lorentz lobe, as a diffuse part of free width, predicts more than {100 * CLEAR:.0f} % better than a Lambertian on "
+        f"{', '.join(helps) or 'no scan'}, and more than {100 * CLEAR:.0f} % worse on {', '.join(hurts) or 'no scan'}.",
         f"Its form serves better about the mirror direction: the tail of the unscattered lobe, whose exponent is 1 for Cauchy-Lorentz and 2 "
         f"for GGX, lies nearer to Cauchy-Lorentz on {len(near)} of {len(tails)} sets: {', '.join(near)}.",
     ]

@@ -67,7 +67,7 @@ def grid(path, wavelengths, mode):
         np.tile(phi, many),
         coordinates={"wavelength": np.repeat(wavelengths, len(values)), "mode": np.full(many * len(values), mode)},
     )
-    write(scan, path)
+    write(scan, path, force=True)
 
 
 def patches(path):
@@ -90,7 +90,7 @@ def patches(path):
         table[at] = formula(cosines, products, along, *(shape[n] for n in "kabc"))
     sets = dict(zip(("channel", "mode", "side"), axes, strict=True))
     dims = (*sets, "incident", "outgoing")
-    write(layout.assign_coords(sets).assign(brdf=(dims, table, {"units": "sr-1"})), path)
+    write(layout.assign_coords(sets).assign(brdf=(dims, table, {"units": "sr-1"})), path, force=True)
 
 
 def exact(k, a, c, u, **_):

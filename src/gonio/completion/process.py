@@ -27,11 +27,11 @@ Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 # Of the coordinates. These and the numbers below were chosen on the 19 shared scans alone: docs/completion.md.
-LENGTHS = np.array([0.7, 0.8, 0.5])
+LENGTHS = np.array([0.75, 1.0, 0.3])
 OF_MATERIALS = 2 * LENGTHS
-OF_CURVES = np.array([0.35, 0.4, 0.5])
-FIRST = np.array([1.5, 1.5, 1.0, 1.0])  # a, b, d and c in units of the residual's size: the first values and bounds
-WIDTHS = np.array([1.0, 1.0, 1.0, 2.0])  # of the weak prior of their logarithms
+OF_CURVES = np.array([0.5, 0.6, 0.4])
+FIRST = np.array([1.0, 1.5, 0.7, 2.0])  # a, b, d and c in units of the residual's size: the first values and bounds
+WIDTHS = np.array([1.5, 1.5, 1.5, 2.0])  # of the weak prior of their logarithms
 LOWEST = 6.0  # below the first, in logarithms
 LEAST = 0.002  # lg of a value: no measurement is better than half a per cent
 TOGETHER = 2_000  # directions that are predicted at once: what is known of each fits into a cache
@@ -67,11 +67,10 @@ class Process:
     scales: Values
 
     @classmethod
-    def learned(cls, known: Where, residual: Values) -> "Process":
-        """The process of largest likelihood."""
+    def learned(cls, known: Where, residual: Values, size: float) -> "Process":
+        """The process of largest likelihood. size: the standard deviation of all residuals of the scan."""
         from scipy.optimize import minimize
 
-        size = max(float(np.std(residual)), LEAST)
         parts = [*_shared(known, known), _matern(known, known, OF_CURVES) * _alike(known.curves, known.curves)]
         # Each part has the size 1 on average over the known places, so that the same bounds fit all.
         means = np.array([*(max(float(np.mean(np.diag(part))), np.finfo(float).tiny) for part in parts), 1.0])
@@ -152,12 +151,12 @@ class Several:
     @classmethod
     def learned(cls, where: Where, residual: Values) -> "Several":
         """One process of all residuals, or SEVERAL of MOST each."""
-        count = len(residual)
+        count, size = len(residual), max(float(np.std(residual)), LEAST)
         if count <= MOST:
-            return cls((Process.learned(where, residual),))
+            return cls((Process.learned(where, residual, size),))
         steps = np.arange(MOST)
         each = [np.unique(((steps + (k + 0.5) / SEVERAL) * count / MOST).astype(np.intp)) for k in range(SEVERAL)]
-        return cls(tuple(Process.learned(where.part(rows), residual[rows]) for rows in each))
+        return cls(tuple(Process.learned(where.part(rows), residual[rows], size) for rows in each))
 
     @property
     def noise(self) -> float:

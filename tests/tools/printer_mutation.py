@@ -69,7 +69,7 @@ CHOSEN = (
 )
 OUTCOMES = ("killed", "equivalent", "respelled", "survived")
 IMPORTED_ONCE = ("hypothesis", "xarray", "zarr")  # by every test; so no fork has to
-LONGEST = 120  # s of processor time for one change: other work on the machine must not make a change seem noticed
+LONGEST = 60  # s of processor time for one change, whose tests take 20: other work must not make a change seem noticed
 PRINTING = 10  # s of processor time for all texts, which take two: where nothing is named twice, they have no end
 WALL = 3600  # s on the clock, for a change that waits for ever
 FURTHER = 300  # pairs of directions that no test has

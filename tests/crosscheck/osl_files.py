@@ -2,13 +2,13 @@
 
     python tests/crosscheck/osl_files.py FOLDER
 
-Every weight is WEIGHT of wgsl_files.py; shape parameters have their defaults.
+Values are values_of of wgsl_files.py.
 """
 
 import sys
 from pathlib import Path
 
-from wgsl_files import WEIGHT
+from wgsl_files import values_of
 
 from gonio import catalogue
 from gonio.exporting.subject import of_model
@@ -18,7 +18,7 @@ from gonio.exporting.targets.shaders.osl import lines_of
 def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name, model in catalogue.items():
-        lines = lines_of(of_model(model, dict.fromkeys(model.weights, WEIGHT)), "coating")
+        lines = lines_of(of_model(model, values_of(model)), "coating")
         (folder / f"{name}.osl").write_text("\n".join(lines), encoding="utf-8")
 
 

@@ -36,7 +36,7 @@ MODELS = {
     "ggx": {"rho_s": 0.8, "rho_d": 0.1, "width": 0.3},
     "beckmann": {"rho_s": 0.8, "rho_d": 0.1, "m": 0.3},
     "student-t": {"rho_s": 0.8, "rho_d": 0.1, "width": 0.3},
-    "gonio-best": {"rho_s": 0.3, "rho_u": 0.2, "rho_dd": 0.1, "rho_f": 0.1},
+    "gonio-best": {"rho_s": 0.3, "rho_u": 0.2, "rho_dd": 0.1, "rho_f": 0.1, "gamma": 45.0},
     "harvey-shack": {"b0": 0.5, "L": 0.2, "S": -2.0},
     "phong": {"ks": 0.3, "kd": 0.2},
     "ward": {"rho_s": 0.3, "rho_d": 0.2},

@@ -9,6 +9,7 @@ from typing import Annotated
 from gonio.arrays import Array, namespace, special
 from gonio.geometry import Geometry
 from gonio.model import Model, Parameter, PerSteradian, drawn_by
+from gonio.models.guo2023 import LORENTZ
 from gonio.optics.distributions import draw_beckmann, draw_elliptical, draw_elliptical_gtr, draw_gtr
 from gonio.optics.facets import beckmann_slopes, elliptical_gtr_normals, gtr_normals
 from gonio.optics.fresnel import schlick
@@ -159,6 +160,7 @@ def scattered_lobe_of_grain(g: Geometry, f0: Normal, h: Phase, m_x: SlopeX, m_y:
     return schlick(g.cos_beta, f0) * out_of_phase * normals * _rough_masking(g)
 
 
+@drawn_by(LORENTZ)
 def diffuse_lobe(g: Geometry, gamma: HalfWidth) -> PerSteradian:
     r"""A Lambertian that may be narrowed: the reciprocal Lorentz lobe of the half width gamma (guo2023).
 

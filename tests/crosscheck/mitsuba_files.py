@@ -19,7 +19,7 @@ from gonio.sampling import hemispherical_reflectance
 
 MODELS = {
     "ggx": {"rho_s": 0.8, "rho_d": 0.1, "width": 0.2},
-    "gonio-best": {"rho_u": 0.3, "rho_s": 0.4, "rho_dd": 0.1, "rho_f": 0.2},
+    "gonio-best": {"rho_u": 0.3, "rho_s": 0.4, "rho_dd": 0.1, "rho_f": 0.2, "gamma": 45.0},
     "cauchy-lorentz": {"ks": 0.5, "kdd": 0.1, "kid": 0.05},
     "student-t": {"rho_s": 0.8, "rho_d": 0.1, "width": 0.15},
     "abg": {"A": 0.01, "B": 0.003, "g": 1.8},

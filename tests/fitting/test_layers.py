@@ -40,6 +40,15 @@ def test_the_index_is_held_unless_an_option_names_it():
     assert "n_b" not in Problem(catalogue["ggx"], painted(), dielectric=True).names
 
 
+@pytest.mark.parametrize("weighting", ["relative", "log"])
+def test_an_index_of_each_channel_comes_back(weighting):
+    """Grouping frees what is held by default, in the search of what all groups have in common as well."""
+    scan = xr.concat([painted(c, n_b, 1e-4) for c, n_b in (("R", 1.4), ("G", 1.6))], "direction")
+    problem = Problem(COATED, scan, weighting=weighting, grouped={"n_b": "channel"}, held={"c": 2.5})
+    found = fit(problem, QUICK).values
+    assert [found["n_b[R]"], found["n_b[G]"]] == pytest.approx([1.4, 1.6], abs=0.01)
+
+
 def test_a_freed_index_comes_back():
     problem = Problem(
         COATED, painted(n_b=1.4, noise=1e-4), weighting="relative", bounds={"n_b": (1.05, 2.2)}, held={"c": 2.5}

@@ -40,9 +40,14 @@ def weights_couple(problem: Problem) -> bool:
 
 
 def common(problem: Problem) -> Problem:
-    """The same problem with one value for all groups of each free shape parameter, and nothing smooth."""
-    free = {entry.name for entry in problem.free_shape}
-    return replace(problem, grouped={n: by for n, by in problem.grouped.items() if n not in free}, smooth={})
+    """The same problem with one value for all groups of each free shape parameter, and nothing smooth.
+
+    A parameter that is held until an option names it stays free: its bounds name it where its groups no longer do.
+    """
+    free = {entry.name: problem.model.shape[entry.name] for entry in problem.free_shape}
+    named = {name: (parameter.lower, parameter.upper) for name, parameter in free.items()} | dict(problem.bounds)
+    grouped = {name: by for name, by in problem.grouped.items() if name not in free}
+    return replace(problem, grouped=grouped, smooth={}, bounds=named)
 
 
 def carried(vector: Values, source: Problem, problem: Problem, rows: Rows | slice = slice(None)) -> Values:

@@ -156,6 +156,17 @@ def test_a_curve_that_cannot_go_there_says_so(page):
     assert "no nearer" in page.inner_text("#curves .tools [role=status]")
 
 
+def test_what_a_fit_holds_is_marked(page):
+    """The half width of gonio-best's diffuse lobe: its box is ticked, and ticked off it moves with the others."""
+    page.evaluate("window.gonio.actions.chooseModel('model', 'gonio-best')")
+    until(page, "window.gonio.store.get().model.declaration.name === 'gonio-best'")
+    names = "window.gonio.store.get().model.declaration.parameters.map((p) => p.name)"
+    locked = f"[...window.gonio.store.get().locked].map((k) => {names}[k])"
+    assert page.evaluate(locked) == ["gamma"]
+    page.evaluate(f"window.gonio.actions.lock({names}.indexOf('gamma'))")
+    assert page.evaluate(locked) == []
+
+
 def test_a_parameter_stops_at_its_bound(page):
     page.evaluate("window.gonio.actions.chooseModel('model', 'ggx')")
     until(page, "window.gonio.store.get().model.declaration.name === 'ggx'")

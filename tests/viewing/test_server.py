@@ -191,6 +191,18 @@ def test_a_fit_is_added_to_the_session(client, session):
     assert last["done"]["name"] == "phong 2"
 
 
+def test_what_is_held_by_default_is_held_unless_the_page_frees_it(client):
+    """The page begins with the half width of gonio-best's diffuse lobe locked."""
+    model = gonio.catalogue["gonio-best"]
+    values = {name: [0.1] for name in model.weights} | {name: [p.default] for name, p in model.shape.items()}
+    for locked in (["gamma"], []):
+        body = started("gonio-best", locked=locked, values=values)
+        *_, last = client.events(client.ask("POST", "/api/fit", body).json["job"])
+        held = {p["name"]: p["held"] for p in last["done"]["record"]["parameters"]}
+        assert held["gamma"] == bool(locked)
+        assert not held["width"]
+
+
 def values_of(record):
     return {p["name"]: p["values"] for p in record["parameters"]}
 

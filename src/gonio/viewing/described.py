@@ -26,7 +26,7 @@ def declaration(model: Model) -> dict[str, Any]:
 
 
 def _weight(model: Model, name: str) -> dict[str, Any]:
-    said = {"unit": model.term_unit(name), "help": "weight of its term", "weight": True}
+    said = {"unit": model.term_unit(name), "help": "weight of its term", "weight": True, "held": False}
     return {"name": name, "lower": 0.0, "upper": None, "default": None, "wide": False} | said
 
 
@@ -34,7 +34,7 @@ def _shape(model: Model, name: str) -> dict[str, Any]:
     p = model.shape[name]
     wide = p.lower > 0 and p.upper / p.lower > WIDE
     limits = {"lower": p.lower, "upper": p.upper, "default": p.default, "wide": wide}
-    return {"name": name, "unit": p.unit, "help": p.help, "weight": False} | limits
+    return {"name": name, "unit": p.unit, "help": p.help, "weight": False, "held": p.held} | limits
 
 
 @cache

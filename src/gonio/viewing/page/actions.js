@@ -38,7 +38,7 @@ export function actionsOf(store) {
       const block = k === state.set && state.block < set.blocks.length ? state.block : 0;
       const isSame = k === state.set && Boolean(state.model);
       const cell = isSame ? state.cell : set.cells.findIndex((c) => c.block === block);
-      const chosen = { fit, fitName: fit ? name : "", locked: new Set(), follow: !fit };
+      const chosen = { fit, fitName: fit ? name : "", locked: heldOf(fit ? fit.parameters : declaration.parameters), follow: !fit };
       store.set({ set: k, block, cell, model, groups, values, ...chosen });
       if (!isSame) store.set({ cursor: null, hidden: hiddenAtFirst(state) });
       if (!fit) store.set({ values: withGiven(snapped(state), state, declaration) });
@@ -87,6 +87,11 @@ export function actionsOf(store) {
 
 export async function fetched(state, k) {
   Object.assign(state.sets[k], await source.columns(k));
+}
+
+// What the fit held, or a fit would hold, until it is freed.
+function heldOf(parameters) {
+  return new Set(parameters.map((_, k) => k).filter((k) => parameters[k].held));
 }
 
 // Without a fit: one shape for the scan, and weights for each block, as a fit has them.

@@ -180,7 +180,10 @@ def _options(at: Sliders, locked: list[str]) -> dict[str, Any]:
             shared.append(name)
         elif own := tuple(n for n in group.by if not (is_weight and n in sets) and n != _by(smooth.get(name))):
             grouped[name] = own
-    options: dict[str, Any] = {"held": held, "grouped": grouped, "shared": tuple(shared)}
+    # A parameter that a fit holds until an option names it is named by its bounds, where the page has freed it.
+    shape = {name: p for name, p in at.model.shape.items() if p.held and name not in (*locked, *grouped)}
+    bounds = {name: (p.lower, p.upper) for name, p in shape.items()}
+    options: dict[str, Any] = {"held": held, "grouped": grouped, "shared": tuple(shared), "bounds": bounds}
     if at.fit is None:
         return options
     kept = {name: one for name, one in smooth.items() if name not in locked}

@@ -167,10 +167,6 @@ def _of_model(source: str, export: ExportOptions, values: ValueOptions, used: Sc
     )
 
 
-def _scale(export: ExportOptions) -> float | None:
-    return export.scale
-
-
 def _file_of(source: str) -> Path:
     """The file of a fit or of a scan; FileNotFoundError where there is none, nor a model of that name."""
     path = Path(source)

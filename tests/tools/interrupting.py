@@ -233,7 +233,7 @@ def _send(process: subprocess.Popen[bytes], trial: Trial) -> None:
 
 
 def _notices(text: str) -> str:
-    """The lines by which fit-stack tells where it fits, as it does without a signal: with bokeh they name a dashboard."""
+    """The lines by which fit-stack tells where it fits, as without a signal: with bokeh they name a dashboard."""
     told = (" on this machine\n", " on this machine; ")
     return "".join(line for line in text.splitlines(keepends=True) if any(words in line for words in told))
 

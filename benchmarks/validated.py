@@ -31,9 +31,8 @@ from surfaces import DATA, surfaces
 HERE = Path(__file__).resolve().parent
 OURS = "gonio-best"
 TABLES = ("torrance-sparrow", "wang-2016", "liu-2016", "cauchy-lorentz")  # what the paper's tables compare
-WITHOUT: dict[
-    str, dict[str, Any]
-] = {  # the width of its diffuse lobe is freed, then each other part is held at nothing
+# The width of its diffuse lobe is freed, then each other part is held at nothing.
+WITHOUT: dict[str, dict[str, Any]] = {
     "a diffuse lobe of free width": {"bounds": {"gamma": (1.0, 720.0)}},
     "no forward scatter": {"held": {"rho_f": 0.0, "s": 0.8}},
     "no scattered lobe": {"held": {"rho_s": 0.0, "m": 0.25, "h": 0.05}},

@@ -168,7 +168,7 @@ def nested(found: dict[str, Any]) -> list[str]:
     )
     return [
         "Above, *best model* is chosen by the angles that judge it, which nobody can do beforehand. Here it is chosen for each angle by the left-out errors",
-        "at all other angles, and judged by that angle. In brackets is for how many angles a model was chosen.",
+        "at all other angles, and judged by that angle. The fits that are compared at the other angles saw it. In brackets is for how many angles a model was chosen.",
         "",
         f"| scan | chosen without the angle | `{OURS}` everywhere | best in hindsight | chosen |",
         "|---|---:|---:|---:|---|",

@@ -10,7 +10,7 @@ import xarray as xr
 import wavelengths
 from gonio import Problem, catalogue, simulate
 from gonio.comparison.answer import everything
-from gonio.fitting import Projection, fit
+from gonio.fitting import Projection, Smooth, fit
 from gonio.fitting.certainty.identifiability import combinations
 from gonio.materials import constants
 from gonio.optics.layers.body import body_weight
@@ -47,6 +47,20 @@ def test_an_index_of_each_channel_comes_back(weighting):
     problem = Problem(COATED, scan, weighting=weighting, grouped={"n_b": "channel"}, held={"c": 2.5})
     found = fit(problem, QUICK).values
     assert [found["n_b[R]"], found["n_b[G]"]] == pytest.approx([1.4, 1.6], abs=0.01)
+
+
+def test_an_index_that_is_smooth_over_wavelengths_comes_back():
+    """Strengths of zero split the problem by wavelength, where nothing but the bounds names the index any more."""
+    of_wavelengths = {450.0: 1.6, 550.0: 1.5, 650.0: 1.4}
+    parts = [
+        painted("G", n_b, 1e-4).drop_vars("channel").assign_coords(wavelength=("direction", np.full(93, wavelength)))
+        for wavelength, n_b in of_wavelengths.items()
+    ]
+    smooth = {"n_b": Smooth("wavelength", strength=0.0)}
+    scan = xr.concat(parts, "direction")
+    problem = Problem(COATED, scan, weighting="relative", smooth=smooth, held={"c": 2.5, "width": 0.3})
+    found = fit(problem, QUICK).values
+    assert [found[f"n_b[{w:g}]"] for w in of_wavelengths] == pytest.approx(list(of_wavelengths.values()), abs=0.01)
 
 
 def test_a_freed_index_comes_back():

@@ -196,6 +196,16 @@ def test_the_page_tells_its_values_and_asks_for_a_fit(scan):
     json.dumps(answer, allow_nan=False)
 
 
+@pytest.mark.parametrize("is_free", [True, False])
+def test_what_is_held_by_default_is_free_where_the_page_frees_it(scan, is_free):
+    shown = widget_of(scan, model="coated-body", values={"n_b": 1.5})
+    names = shown._layout.model.parameters
+    nested = shown._layout.nested(shown._all)
+    told(shown, "fit", model="coated-body", fit="", values=nested, locked=[] if is_free else [names.index("n_b")])
+    held = dict(zip(shown.solution.dataset["parameter"].values, shown.solution.dataset["held"].values, strict=True))
+    assert held["n_b"] != is_free
+
+
 def test_a_fit_that_was_made_is_fitted_again_with_its_groups(scan, solution):
     shown = widget_of(scan, solution)
     told(shown, "fit", model="lambert", fit="fit", values=[[0.1, 0.1]], locked=[])

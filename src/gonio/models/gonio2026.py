@@ -28,8 +28,8 @@ SlopeX = Annotated[float, Parameter(0.1, 0.02, 1.0, "sqrt(2) times the rms slope
 SlopeY = Annotated[float, Parameter(0.3, 0.02, 1.0, "sqrt(2) times its rms slope at right angles to that axis")]
 Reach = Annotated[float, Parameter(0.8, 0.05, 2.0, "distance from the mirror direction at which forward scatter ends")]
 
-# At 720 deg the diffuse lobe is a Lambertian. Left free, its width predicts no better on average, and on some surfaces
-# it runs to a narrow lobe that predicts far worse (docs/real-surfaces.md).
+# At 720 deg the diffuse lobe is a Lambertian. Left free, its width predicts no better on average, and on one coating of
+# docs/real-surfaces.md much worse.
 HalfWidth = Annotated[
     float, Parameter(720.0, 1.0, 720.0, "half width at half maximum of the diffuse lobe", "deg", held=True)
 ]

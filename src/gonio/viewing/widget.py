@@ -10,6 +10,7 @@ import anywidget
 import traitlets
 
 from gonio.fitting.fitting import fit
+from gonio.fitting.objective.from_scan import freeing
 from gonio.fitting.objective.problem import Problem
 from gonio.fitting.solution import Solution
 from gonio.model import Model
@@ -96,9 +97,11 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             attrs = shown.dataset.attrs
             options = {"weighting": attrs["weighting"], "loss": attrs["loss"], "instrument": shown.instrument}
             options["smooth"] = shown.smooth
+        free = [name for name in layout.model.parameters if name not in held and not by[name]]
         return Problem(
             layout.model,
             self._opened.scan,
+            bounds=freeing(layout.model, free),
             grouped={name: tuple(by[name].split(",")) for name in by if by[name]},
             held={
                 name: {label: values[full] for label, full in zip(labels[name], names[name], strict=True)}

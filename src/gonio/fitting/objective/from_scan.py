@@ -7,6 +7,7 @@ complex refractive index n + i k of the material, at every wavelength of the sca
 """
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -182,6 +183,12 @@ def _with_material(options: ProblemOptions, held: dict[str, Any], scan: xr.Datas
         "held": held | by_wavelength,
         "grouped": {**options.grouped, **dict.fromkeys(CONSTANTS, ("wavelength",))},
     }
+
+
+def freeing(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """The bounds of those parameters that a fit holds until an option names them: with them they are free."""
+    shape = model.shape
+    return {name: (shape[name].lower, shape[name].upper) for name in names if name in shape and shape[name].held}
 
 
 def kept(options: ProblemOptions, model: Model, name: str, points: xr.Dataset) -> float | dict[str, float] | None:

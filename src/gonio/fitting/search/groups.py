@@ -40,14 +40,19 @@ def weights_couple(problem: Problem) -> bool:
 
 
 def common(problem: Problem) -> Problem:
-    """The same problem with one value for all groups of each free shape parameter, and nothing smooth.
+    """The same problem with one value for all groups of each free shape parameter, and nothing smooth."""
+    free = {entry.name for entry in problem.free_shape}
+    grouped = {name: by for name, by in problem.grouped.items() if name not in free}
+    return replace(problem, grouped=grouped, smooth={}, bounds=_bounds(problem))
 
-    A parameter that is held until an option names it stays free: its bounds name it where its groups no longer do.
+
+def _bounds(problem: Problem) -> dict[str, tuple[float, float]]:
+    """The bounds of every free shape parameter.
+
+    One that is held until an option names it stays free by them, where neither groups nor smoothness name it any more.
     """
     free = {entry.name: problem.model.shape[entry.name] for entry in problem.free_shape}
-    named = {name: (parameter.lower, parameter.upper) for name, parameter in free.items()} | dict(problem.bounds)
-    grouped = {name: by for name, by in problem.grouped.items() if name not in free}
-    return replace(problem, grouped=grouped, smooth={}, bounds=named)
+    return {name: (parameter.lower, parameter.upper) for name, parameter in free.items()} | dict(problem.bounds)
 
 
 def carried(vector: Values, source: Problem, problem: Problem, rows: Rows | slice = slice(None)) -> Values:
@@ -81,7 +86,7 @@ def parts(problem: Problem) -> list[tuple[Rows, Problem]]:
     if len(rows_of_parts) < 2 or not all(signal[rows].any() for rows in rows_of_parts):
         return []
     # strengths of zero penalise nothing, but a part may hold too few values of a coordinate to be declared smooth
-    free = replace(problem, smooth={})
+    free = replace(problem, smooth={}, bounds=_bounds(problem))
     return [(rows, free.part(rows)) for rows in rows_of_parts]
 
 

@@ -15,6 +15,7 @@ from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from gonio.fitting.objective.automatic import AUTO
+from gonio.fitting.objective.from_scan import freeing
 from gonio.fitting.objective.weighting import WEIGHTINGS
 from gonio.fitting.solution import Solution
 from gonio.measured import dataset
@@ -180,9 +181,7 @@ def _options(at: Sliders, locked: list[str]) -> dict[str, Any]:
             shared.append(name)
         elif own := tuple(n for n in group.by if not (is_weight and n in sets) and n != _by(smooth.get(name))):
             grouped[name] = own
-    # A parameter that a fit holds until an option names it is named by its bounds, where the page has freed it.
-    shape = {name: p for name, p in at.model.shape.items() if p.held and name not in (*locked, *grouped)}
-    bounds = {name: (p.lower, p.upper) for name, p in shape.items()}
+    bounds = freeing(at.model, (name for name in at.groups if name not in (*locked, *grouped)))
     options: dict[str, Any] = {"held": held, "grouped": grouped, "shared": tuple(shared), "bounds": bounds}
     if at.fit is None:
         return options
